@@ -1,4 +1,4 @@
-// How long an alignment takes (4 targets, 8 pictures, 7 unknowns), and a survey.
+// Time of an alignment (4 targets, 8 pictures, 7 unknowns), and of a survey.
 #include <benchmark/benchmark.h>
 
 #include "part_alignment/pose/alignment_test_support.h"
@@ -56,7 +56,7 @@ void TenThousandMeasurements(benchmark::State& state) {
 }
 BENCHMARK(TenThousandMeasurements)->Unit(benchmark::kMillisecond);
 
-/// From nothing, with verdict.
+/// Solves from nothing, with verdict.
 void SolveFromNothing(benchmark::State& state) {
   const Bench bench = PaperBench();
   SolveOptions options;

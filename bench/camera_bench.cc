@@ -1,4 +1,4 @@
-// How fast the virtual camera draws and encodes what it sees.
+// Speed at which the virtual camera draws and encodes its view.
 #include <benchmark/benchmark.h>
 
 #include <cstdint>

@@ -57,8 +57,8 @@ void SetBytes(benchmark::State& state, const std::filesystem::path& video) {
 
 enum class Read {
   kWhole,
-  kCrop,     ///< of whole frames
-  kCutCrop,  ///< of frames that were cut to it
+  kCrop,     ///< from whole frames
+  kCutCrop,  ///< from frames cut to it
 };
 
 void Decode(benchmark::State& state, Light light, Read read) {

@@ -1,5 +1,5 @@
-// What the answer of a laser scan takes once its lines are read: the response fit with and without
-// the law of the lag, learnt of whole profiles.
+// Time of a laser scan's answer once its lines are read: the response fit with and without the
+// storage model, learnt from whole profiles.
 #include <benchmark/benchmark.h>
 
 #include <algorithm>

@@ -1,5 +1,5 @@
-// What a scanned A4 page costs after decoding: at most 0.4 s at 600 dpi and 1.6 s at 1200 dpi on
-// two processors.
+// Time of a scanned A4 page after decoding: at most 0.4 s at 600 dpi and 1.6 s at 1200 dpi on two
+// processors.
 #include <benchmark/benchmark.h>
 
 #include <algorithm>

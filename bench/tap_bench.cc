@@ -15,7 +15,7 @@ using trammel::tap::test::PressTap;
 
 // Taps of about so many samples; the rate makes the number.
 std::vector<PressTap> Taps(double samples, double hum_g = 0) {
-  constexpr double kSeconds = 1.3648;  // of a tap of MakePressTap with a pull-back of 0.1 mm
+  constexpr double kSeconds = 1.3648;  // per tap of MakePressTap with a pull-back of 0.1 mm
   std::vector<PressTap> taps;
   for (std::uint64_t seed = 1; seed <= 64; ++seed) {
     taps.push_back(MakePressTap({.rate_hz = samples / kSeconds, .hum_g = hum_g}, seed));

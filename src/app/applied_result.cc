@@ -67,7 +67,7 @@ bool AreSame(const std::optional<double>& a, const std::optional<double>& b) {
   return a && b && std::abs(*a - *b) <= kSame;
 }
 
-/// What is noted of the machine, the oldest first.
+/// Reads a machine's noted applications, the oldest first.
 Result<std::vector<files::NotedApplication>> NotedOf(Instrument instrument,
                                                      const std::string& machine) {
   const auto path = TRY(AppliedFile());
@@ -81,7 +81,7 @@ std::string ValueText(const std::optional<double>& value) {
   return value ? fmt::format("{:.4f} s", *value) : "a value";
 }
 
-/// What became of it, as far as what is in force tells.
+/// Finds the outcome, as far as the value in force shows it.
 Step FoundStep(const Application& open, double now) {
   if (AreSame(open.value, now)) return Step::kApplied;
   return open.step == Step::kUndoing && AreSame(open.before, now) ? Step::kUndone
@@ -188,7 +188,7 @@ void NoteUndone(Instrument instrument, const std::string& machine, const Undoing
 void NoteLastUndone(Instrument instrument, const std::string& machine) {
   const auto note = [&]() -> Result<void> {
     const auto noted = TRY(NotedOf(instrument, machine));
-    // Offsets that were set from what --json printed are no result, and stand in no history.
+    // Offsets set from the output of --json have no result, and are in no history.
     if (noted.empty() || noted.back().fingerprint.empty()) return {};
     const auto path = TRY(AppliedFile());
     return files::NoteApplication(path, instrument, noted.back().fingerprint,

@@ -1,4 +1,4 @@
-// What was set on which machine, noted for `trammel history`.
+// Log of the values set on each machine, for `trammel history`.
 #pragma once
 
 #include <map>
@@ -10,61 +10,61 @@
 
 namespace trammel::app {
 
-/// A value that is set on a machine.
+/// Value set on a machine.
 struct AppliedValue {
   measurement::Instrument instrument = measurement::Instrument::kPressureAdvance;
   std::optional<measurement::Outcome> result = {};  ///< absent: it was typed
-  std::string machine;                              ///< its address
-  std::optional<double> value = {};  ///< in the unit of the first answer; absent: of several
+  std::string machine;                              ///< machine's address
+  std::optional<double> value = {};  ///< in the first answer's unit; absent: several parts
 };
 
-/// Notes in the state folder, on the disk, that a value is about to be set on a machine.
-/// @param before       what is in force there, in the value's unit; absent: not told.
-/// @param before_each  the same for each part that gets the value, where there are several.
-/// Error: it cannot be noted, with what to do; nothing must be set then.
+/// Records durably in the state folder that a value is about to be set on a machine.
+/// @param before       value in force, in the value's unit; absent: unknown.
+/// @param before_each  the same per part, where several parts get the value.
+/// Error: it cannot be recorded, with the remedy; nothing may be set then.
 [[nodiscard]] Result<void> NoteBegun(const AppliedValue& applied, std::optional<double> before,
                                      const std::map<std::string, double>& before_each = {});
 
-/// Notes in the state folder that a value was set on a machine, now. Says on standard error where
-/// it cannot be noted: what was set stays set.
+/// Records in the state folder that a value was set on a machine, now. A failure is only printed to
+/// standard error: the value remains set.
 void NoteApplied(const AppliedValue& applied);
 
-/// What became of a value that was about to be set on a machine, or taken back, where the run ended
-/// before it noted that: what is in force, and what to do. Empty where nothing is open.
-/// @param now   in force on the machine; absent: not told, and then nothing is noted
-/// @param note  notes what it finds, too. REQUIRES the machine's lock then.
-/// Errors: kInput where it cannot be read or noted.
+/// Finds the outcome of a run that ended before it noted whether it set or restored a value.
+/// Returns the value in force and the next step for the user; empty if nothing is open.
+/// @param now   in force on the machine; absent: unknown, and then nothing is noted
+/// @param note  also notes the outcome. REQUIRES the machine's lock then.
+/// Errors: kInput if it cannot be read or noted.
 [[nodiscard]] Result<std::string> SettleUnfinished(measurement::Instrument instrument,
                                                    const std::string& machine,
                                                    std::optional<double> now, bool note);
 
-/// What was in force before the last value of an instrument was set on a machine.
+/// Value in force before an instrument's last value was set on a machine.
 struct Undoing {
   double before = 0;
-  std::optional<double> value = {};                ///< what was set
-  std::string utc;                                 ///< when
+  std::optional<double> value = {};                ///< value that was set
+  std::string utc;                                 ///< time, UTC
   bool undone = false;                             ///< it was taken back
-  std::string fingerprint;                         ///< of the result; empty: of none
-  std::map<std::string, double> before_each = {};  ///< where the value was set on several parts
+  std::string fingerprint;                         ///< of the result; empty: no result
+  std::map<std::string, double> before_each = {};  ///< previous value per part, if set on several
 };
 
-/// The last value that was set. One that was about to be, and is not in force while what was before
-/// it is, was not set: the one before it counts then.
-/// @param now  in force on the machine; absent: not told
-/// Errors: kInput where nothing is noted, or not what was in force before.
+/// Returns the last value that was set. A value counts as not set if it was only announced and the
+/// value before it is still in force; the one before it is returned then.
+/// @param now  in force on the machine; absent: unknown
+/// Errors: kInput if nothing is recorded, or the value before it is not.
 [[nodiscard]] Result<Undoing> LastToUndo(measurement::Instrument instrument,
                                          const std::string& machine, std::optional<double> now);
 
-/// Notes, on the disk, that the last value is about to be taken back. Errors: as NoteBegun.
+/// Records durably that the last value is about to be restored. Errors: as NoteBegun.
 [[nodiscard]] Result<void> NoteUndoing(measurement::Instrument instrument,
                                        const std::string& machine, const Undoing& undoing);
 
-/// Notes that it was taken back, now. Says on standard error where it cannot be noted.
+/// Records that the value was restored, now. A failure is only printed to standard error.
 void NoteUndone(measurement::Instrument instrument, const std::string& machine,
                 const Undoing& undoing);
 
-/// Notes that the last values of an instrument with several were taken back, now. Says on standard
-/// error where it cannot be noted.
+/// Records that the last values of an instrument with several were restored, now. A failure is only
+/// printed to standard error.
 void NoteLastUndone(measurement::Instrument instrument, const std::string& machine);
 
 }  // namespace trammel::app

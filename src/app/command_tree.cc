@@ -13,7 +13,7 @@
 namespace trammel::app {
 namespace {
 
-/// Visits a command and all below it; `path` is how it is called.
+/// Visits a command and all below it; `path` is its full name.
 void ForEachCommand(const CLI::App& app, const std::string& path,
                     const std::function<void(const CLI::App&, const std::string&)>& visit) {
   visit(app, path);
@@ -37,7 +37,7 @@ std::vector<std::string> OptionsOf(const CLI::App& app) {
   return names;
 }
 
-/// The program's options that every command takes, too: all but --help and --version.
+/// Returns the program's options that every command accepts: all but --help and --version.
 std::vector<const CLI::Option*> SharedOptions(const CLI::App& program) {
   std::vector<const CLI::Option*> shared;
   for (const CLI::Option* option : program.get_options()) {
@@ -48,7 +48,7 @@ std::vector<const CLI::Option*> SharedOptions(const CLI::App& program) {
   return shared;
 }
 
-/// A text as troff prints it: no line is a request, no hyphen becomes a dash.
+/// Escapes a text for troff: no line is a request, no hyphen becomes a dash.
 std::string Escaped(std::string_view text) {
   std::string escaped;
   for (const char c : text) {
@@ -86,7 +86,7 @@ std::string OptionEntry(const CLI::Option& option) {
                      Escaped(option.get_description() + standard));
 }
 
-/// What the program is, without its name in front.
+/// Returns the program's description without its leading name.
 std::string DescriptionOf(const CLI::App& program) {
   const std::string text = program.get_description();
   const std::string name = program.get_name() + ": ";

@@ -1,4 +1,4 @@
-// The tree of commands as text for shells and for man, made from what --help is made from.
+// Completion scripts and manual page, generated from the same command tree as --help.
 #pragma once
 
 #include <string>
@@ -10,18 +10,20 @@ class App;
 
 namespace trammel::app {
 
-/// The commands below one, but for those that its help does not name (of an empty group).
+/// Returns the direct subcommands of a command, except those that its help omits (of an empty
+/// group).
 [[nodiscard]] std::vector<const CLI::App*> CommandsOf(const CLI::App& app);
 [[nodiscard]] std::vector<std::string> NamesOfCommands(const CLI::App& app);
 
-/// A script for bash that completes commands, options and, where neither is meant, files. Options
-/// of the program but --help and --version are taken to be every command's (CLI::App::fallthrough).
+/// Returns a bash script that completes commands, options and, for other words, files. Assumes that
+/// the program's options except --help and --version apply to every command
+/// (CLI::App::fallthrough).
 [[nodiscard]] std::string BashCompletion(const CLI::App& program);
 
-/// The same for zsh, which takes bash's scripts through bashcompinit.
+/// Returns the same for zsh, which loads bash's scripts through bashcompinit.
 [[nodiscard]] std::string ZshCompletion(const CLI::App& program);
 
-/// A manual page (man-pages(7), troff) with every command and option.
+/// Returns a manual page (man-pages(7), troff) with every command and option.
 [[nodiscard]] std::string ManualPage(const CLI::App& program);
 
 }  // namespace trammel::app

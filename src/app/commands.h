@@ -1,4 +1,4 @@
-// How every command ends: its exit code, and the message of its error.
+// End of every command: exit code and error message.
 #pragma once
 
 #include <functional>
@@ -18,15 +18,15 @@ enum ExitCode {
   kExitInterrupted = 130,
 };
 
-/// Prints the message to standard error and gives the exit code of its kind.
+/// Prints the message to standard error and returns the exit code of its kind.
 int PrintError(const Error& error);
 
-/// The exit code of what a command came to; prints its error.
+/// Returns the exit code of a command's result; prints its error.
 int CodeOf(const Result<int>& code);
 int CodeOf(const Result<void>& done);
 
-/// Runs a command. What it throws, or was noted on a thread meanwhile (base/bug_note.h), is a bug:
-/// printed, with an exit code of its own; the machine was restored on the way.
+/// Runs a command. An exception, or a bug noted on a thread meanwhile (base/bug_note.h), is printed
+/// and gets its own exit code; unwinding has restored the machine.
 int ExitCodeOf(const std::function<int()>& command);
 
 }  // namespace trammel::app

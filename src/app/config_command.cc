@@ -1,4 +1,4 @@
-// trammel config: what can be set, whether a file sets it rightly, and a file to begin with.
+// trammel config: lists the settings, checks a file, and writes an initial file.
 #include "app/config_command.h"
 
 #include <fmt/format.h>
@@ -35,7 +35,7 @@ struct InitArguments {
   PrinterOptions printer;
 };
 
-/// The settings of a printer as it states itself.
+/// Returns the settings that a printer states itself.
 Result<files::Config> StatedSettings(const InitArguments& arguments) {
   files::Config config = files::DefaultConfig();
   if (!arguments.printer.address.empty()) config.scan.address = arguments.printer.address;

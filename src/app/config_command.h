@@ -7,7 +7,7 @@ class App;
 
 namespace trammel::app {
 
-/// Fills the group; each command stores its exit code (app/commands.h).
+/// Adds the subcommands; each stores its exit code (app/commands.h).
 void AddConfigCommands(CLI::App& config, int& exit_code);
 
 }  // namespace trammel::app

@@ -24,15 +24,15 @@ namespace trammel::app {
 namespace {
 
 constexpr std::size_t kMostKept = 1'000'000;
-// A pipe that is ready to be written to takes as much without waiting.
+// Number of bytes that a pipe reported as writable accepts without blocking.
 constexpr std::size_t kPiece = 512;
 constexpr int kLook_ms = 100;
-constexpr std::string_view kErrorBegins = "trammel: ";  // as app/commands.h has it
+constexpr std::string_view kErrorBegins = "trammel: ";  // as in app/commands.h
 
 std::atomic<bool> asked_to_end = false;
 
-// Whether a signal has come, or waits that is held back (app/interrupt.h): nobody is to wait for a
-// reader, then.
+// True if a signal has arrived, or is pending while held back (app/interrupt.h): nothing may wait
+// for a reader then.
 bool AskedToEnd() {
   if (asked_to_end) return true;
   sigset_t waiting;
@@ -43,14 +43,14 @@ bool AskedToEnd() {
 
 std::atomic<int> waits_forbidden = 0;
 
-/// One of the two streams. Never destroyed: the last words are written when the process ends.
+/// One of the two streams. Never destroyed: the last output is written when the process ends.
 class Stream {
  public:
   explicit Stream(int fd) : fd_(fd) {}
 
-  /// Writes to a description of its own that never waits, where this is a terminal: one that says
-  /// it is ready may have room for a byte, and holds up who writes two until somebody reads. The
-  /// description that others share (the shell) stays as it is.
+  /// Reopens a terminal with its own non-blocking file description: one reported as writable may
+  /// have room for one byte only, and block a writer of two. The description shared with others
+  /// (the shell) is unchanged.
   void NeverWaitInATerminal() {
     if (isatty(fd_) == 0) return;
     const std::string path = fmt::format("/proc/self/fd/{}", fd_);
@@ -72,7 +72,7 @@ class Stream {
     WriteKept(waits_forbidden == 0);
   }
 
-  /// 0, or why something was lost.
+  /// Returns 0, or the error that lost output.
   int Finish() {
     const std::lock_guard lock(mutex_);
     Keep(Dressed(incomplete_));
@@ -82,7 +82,7 @@ class Stream {
   }
 
  private:
-  /// Escaped, with its verdicts in colour where they are wanted.
+  /// Returns the text escaped, with its verdicts in colour if wanted.
   std::string Dressed(std::string_view text) {
     std::string escaped = EscapedForTerminal(text);
     const bool at_line_start = std::exchange(at_line_start_, escaped.ends_with('\n'));
@@ -153,7 +153,7 @@ std::FILE* FileOf(Stream& stream, int buffering) {
   return file;
 }
 
-// The next file to be opened would take the place of a stream that is closed.
+// Opens closed standard streams, whose descriptors the next opened file would otherwise get.
 void OpenWhatIsClosed() {
   for (const int fd : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO}) {
     if (fcntl(fd, F_GETFD) != -1) continue;
@@ -199,7 +199,7 @@ Result<void> FinishConsole() {
   std::fflush(stdout);
   const int error = Output().Finish();
   Errors().Finish();
-  // A reader that has gone has read what it wanted.
+  // A closed reader is no error: it has read what it wanted.
   if (error == 0 || error == EPIPE || error == EIO) return {};
   return Fail(fmt::format("standard output could not be written: {}", std::strerror(error)));
 }
@@ -218,7 +218,7 @@ bool EndsColumn(std::string_view behind) {
          behind.starts_with(kGap);
 }
 
-/// The line with its first column coloured that is a verdict.
+/// Returns the line with a verdict in its first column coloured.
 std::string Coloured(std::string_view line) {
   std::size_t gap = line.starts_with(kKey) ? kKey.size() - 1 : line.find(kGap);
   while (gap != std::string_view::npos) {

@@ -1,4 +1,4 @@
-// Standard output and standard error, made safe for a process that has a machine in motion.
+// Standard output and standard error, safe for a process that moves a machine.
 #pragma once
 
 #include <string>
@@ -8,25 +8,25 @@
 
 namespace trammel::app {
 
-/// Puts itself behind stdout and stderr, before anything is written. From then on
-/// - nothing that is written fails: a reader that has gone (`| head`, a dropped connection, a dead
-///   terminal) or a full disk is noticed by FinishConsole(), and no signal comes of it;
-/// - text is escaped (base/utf8.h), whoever wrote it and wherever it came from;
-/// - a standard stream that was closed takes no file's place.
-/// It also lets a file that would grow too large be an error of writing.
+/// Redirects stdout and stderr through a guard, before anything is written. From then on
+/// - writing never fails: FinishConsole() reports a closed reader (`| head`, a dropped
+///   connection, a dead terminal) or a full disk, and no signal is raised;
+/// - all text is escaped (base/utf8.h), whatever its source;
+/// - no file takes the descriptor of a standard stream that was closed.
+/// It also turns the signal for a file that grows too large into a write error.
 void GuardConsole();
 
-/// Lets standard error take errors alone, from now on: what begins with "trammel: ".
+/// Restricts standard error to errors, from now on: lines that begin with "trammel: ".
 void SayErrorsOnly();
 
 enum class Colour { kAuto, kAlways, kNever };
 
-/// Colours verdicts from now on and on either stream: with kAuto on
-/// terminals, unless NO_COLOR is set (no-color.org) or TERM is dumb.
+/// Colours verdicts from now on, on both streams; kAuto: on terminals, unless NO_COLOR is set
+/// (no-color.org) or TERM is dumb.
 void ColourVerdicts(Colour when);
 
-/// While it lives, nothing waits for whoever reads: what a pipe or a stopped terminal does not take
-/// at once is kept for later, at most a megabyte.
+/// While it lives, output never blocks: text that a pipe or a stopped terminal does not accept at
+/// once is buffered, up to a megabyte.
 class ConsoleDoesNotWait {
  public:
   ConsoleDoesNotWait();
@@ -35,20 +35,19 @@ class ConsoleDoesNotWait {
   ConsoleDoesNotWait& operator=(const ConsoleDoesNotWait&) = delete;
 };
 
-/// Says that the process was asked to end: from now on nothing waits for whoever reads longer than
-/// a moment, not even for the last words.
+/// Notes that the process was asked to end: from now on no output waits for a reader longer than a
+/// moment, not even the last lines.
 void WaitForNoReaderAnyMore();
 
-/// Writes what was kept. Error: standard output lost text that somebody meant to keep (a full
-/// disk).
+/// Writes the buffered text. Error: standard output lost text that was wanted (a full disk).
 [[nodiscard]] Result<void> FinishConsole();
 
 // Verdicts in colour, for terminals.
 
 /// Colours the first column of each line that is a verdict, as in "verdict    good" and in the
 /// lines of a series, "  refused: torn": green good, yellow cannot tell, red refused. Columns begin
-/// after two spaces. Everything else stays as it is.
-/// @param at_line_start  whether the text begins a line.
+/// after two spaces. Other text is unchanged.
+/// @param at_line_start  true if the text begins a line.
 [[nodiscard]] std::string WithColouredVerdicts(std::string_view text, bool at_line_start);
 
 }  // namespace trammel::app

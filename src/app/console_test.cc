@@ -78,7 +78,7 @@ TEST(GuardedConsole, SaysInTheEndThatADiskIsFull) {
 
 TEST(GuardedConsole, WaitsForNobodyWhileAMachineMoves) {
   EXPECT_EQ(InAProcess([] {
-              alarm(60);  // where it waits after all
+              alarm(60);  // ends the test if it blocks
               int ends[2];
               if (pipe(ends) != 0) return kOtherwise;
               fcntl(ends[1], F_SETPIPE_SZ, 4096);  // fills at once: nobody reads yet
@@ -115,7 +115,7 @@ TEST(GuardedConsole, WaitsForNobodyWhileAMachineMoves) {
 TEST(GuardedConsole, LastWordsWaitForNoTerminalThatNobodyReads) {
   for (const std::size_t room : {1, 100, 511}) {
     EXPECT_EQ(InAProcess([room] {
-                alarm(60);  // where it waits after all
+                alarm(60);  // ends the test if it blocks
                 const int reader = posix_openpt(O_RDWR | O_NOCTTY);
                 if (reader < 0 || grantpt(reader) != 0 || unlockpt(reader) != 0) return kOtherwise;
                 const int terminal = open(ptsname(reader), O_RDWR | O_NOCTTY | O_NONBLOCK);
@@ -123,7 +123,7 @@ TEST(GuardedConsole, LastWordsWaitForNoTerminalThatNobodyReads) {
                 while (write(terminal, "x", 1) == 1) continue;  // full
                 std::string read_again(room, ' ');
                 if (read(reader, read_again.data(), room) <= 0) return kOtherwise;
-                fcntl(terminal, F_SETFL, O_RDWR);  // as a shell leaves it
+                fcntl(terminal, F_SETFL, O_RDWR);  // blocking, as a shell sets it
                 dup2(terminal, STDOUT_FILENO);
                 GuardConsole();
                 WaitForNoReaderAnyMore();
@@ -153,7 +153,7 @@ TEST(GuardedConsole, LetsNoFileTakeThePlaceOfAClosedStream) {
   EXPECT_EQ(test::ReadWhole(path), "");
 }
 
-/// What a process leaves on its two streams.
+/// Returns the output on both streams of a process.
 std::pair<std::string, std::string> StreamsOf(const std::function<void()>& work) {
   const test::TemporaryFolder folder;
   const auto path = [&](const char* name) { return (folder.path() / name).string(); };
@@ -230,7 +230,7 @@ TEST(GuardedConsole, ShowsWhatATerminalWouldObey) {
               dup2(open(path.c_str(), O_WRONLY | O_CREAT, 0600), STDOUT_FILENO);
               GuardConsole();
               fmt::print("{}\n", "camera \x1b]0;owned\a says \xC3");
-              for (const char byte : std::string("°C\n")) {  // in pieces
+              for (const char byte : std::string("°C\n")) {  // byte by byte
                 fmt::print("{}", byte);
                 std::fflush(stdout);
               }

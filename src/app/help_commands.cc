@@ -22,7 +22,7 @@ namespace trammel::app {
 namespace {
 
 struct Way {
-  std::string_view command;  ///< of the first level, that it needs
+  std::string_view command;  ///< required first-level command
   std::string_view have;
   std::string_view begin;
 };
@@ -72,7 +72,7 @@ void AddHelpCommands(CLI::App& cli) {
 
 namespace {
 
-// An option as it is typed, an argument in capitals, as in the usage line.
+// Returns an option as typed, or an argument in capitals, as in the usage line.
 std::string NameOf(std::string name) { return name.starts_with("-") ? name : UpperCase(name); }
 
 std::string Names(const std::set<CLI::Option*>& options) {
@@ -81,7 +81,7 @@ std::string Names(const std::set<CLI::Option*>& options) {
   return fmt::format("{}", fmt::join(names, ", "));
 }
 
-// Help as CLI11 writes it, with words of ours for types and conditions.
+// CLI11's help with our own texts for types and conditions.
 class Formatter final : public CLI::Formatter {
  public:
   std::string make_option_opts(const CLI::Option* option) const override {
@@ -180,7 +180,7 @@ std::vector<std::string> NamesOfOptions(const CLI::App& app) {
   return names;
 }
 
-/// A command that words name, and what is wrong with one of them; empty: nothing.
+/// Command named by the words, and the fault of one of them; empty: none.
 struct Reading {
   const CLI::App* command = nullptr;
   std::string path;
@@ -226,7 +226,7 @@ Reading Read(const CLI::App& program, std::span<const std::string> words) {
   return fault(fmt::format("{} needs a command: {}", read.path, fmt::join(commands, ", ")));
 }
 
-/// What an option or argument is, as its command registered it.
+/// Returns an option's or argument's registered description.
 std::string DescriptionOf(const CLI::App& app, const std::string& name) {
   const CLI::Option* option = app.get_option_no_throw(name);
   return option == nullptr || option->get_description().empty() ? ""

@@ -1,4 +1,4 @@
-// Help, the guide, and remedies for a command line that does not parse.
+// Help, the guide, and hints for a command line that does not parse.
 #pragma once
 
 #include <functional>
@@ -15,36 +15,38 @@ class ParseError;
 
 namespace trammel::app {
 
-// What trammel prints where it is called without a command: the way in, by what its user has.
+// Text that trammel prints when called without a command: first steps, by the user's equipment.
 
-/// A screen of text: for each thing to measure with, the commands to begin with.
-/// @param has  whether this build has a command of the first level.
+/// Returns a screen of text: for each object to measure with, the first commands.
+/// @param has  true if this build has a command of the first level.
 [[nodiscard]] std::string Guide(const std::function<bool(std::string_view)>& has);
 
-/// Hangs `completion` and `manual`, the tree of commands for shells and for man, below the program.
+/// Adds the commands `completion` and `manual`, which print the command tree for shells and for
+/// man.
 void AddHelpCommands(CLI::App& cli);
 
-// The words of help, in place of the parser's own.
+// Formatter of help texts, in place of the parser's own.
 
-/// Help with the range of a number as "2 … 9", choices as "a|b", and "not with --other".
+/// Returns a formatter that shows the range of a number as "2 … 9", choices as "a|b", and "not with
+/// --other".
 [[nodiscard]] std::shared_ptr<CLI::FormatterBase> PlainHelp();
 
-/// The type of a value as help names it: "NUMBER", "2 … 9", "a|b".
-/// @param type  as CLI11 names it with its checks: "INT:INT in [2 - 9]".
+/// Returns the type of a value as help shows it: "NUMBER", "2 … 9", "a|b".
+/// @param type  CLI11's name with its checks: "INT:INT in [2 - 9]".
 [[nodiscard]] std::string PlainType(const std::string& type);
 
-// The commands of instruments that are not part of this build (TRAMMEL_INSTRUMENTS).
+// Commands of instruments that are not part of this build (TRAMMEL_INSTRUMENTS).
 
-/// Hangs a command below the program that fails with a sentence on how to build its instrument,
-/// whatever follows it; help, completion and manual do not name it.
+/// Adds a command that fails and explains how to build its instrument, whatever its arguments;
+/// help, completion and manual omit it.
 void AddLeftOutCommand(CLI::App& cli, int& exit_code, const std::string& name);
 
-// What is wrong with the words of a command line.
+// Faults in the words of a command line.
 
-/// Names the first word that is no command or option, with the one that was meant, or a command or
-/// an argument that is missing; else what the parser found.
-/// @param program  all commands, as they were registered.
-/// @param words    of the command line, without the program's own name.
+/// Returns an error that names the first word that is no command or option, with the nearest match,
+/// or a missing command or argument; else the parser's message.
+/// @param program  all commands, as registered.
+/// @param words    of the command line, without the program's name.
 [[nodiscard]] std::string UsageError(const CLI::App& program, const CLI::ParseError& error,
                                      std::span<const std::string> words);
 

@@ -97,7 +97,7 @@ class UsageErrorTest : public testing::Test {
     pa->add_subcommand("apply", "a value");
     program_.add_subcommand("doctor", "looks whether all is well");
   }
-  /// Without the line on --help; empty: nothing is wrong.
+  /// Returns the error without the line on --help; empty: no error.
   [[nodiscard]] std::string Of(std::vector<std::string> words) {
     const std::vector<std::string> given = words;
     std::ranges::reverse(words);

@@ -51,7 +51,7 @@ struct HistoryArguments {
   [[nodiscard]] bool chooses() const { return !instrument.empty() || subject != Subject{}; }
 };
 
-/// The newest of the results that are chosen, with what was applied of them.
+/// Reads the newest of the selected results, with their applications.
 Result<files::History> Read(const HistoryArguments& arguments, std::size_t last) {
   return ReadKept(arguments.path,
                   {last, measurement::InstrumentNamed(arguments.instrument), arguments.subject});
@@ -96,7 +96,7 @@ std::string AppliedText(const HistoryEntry& entry) {
   return ApplicationText(entry.applied.back());
 }
 
-/// A result with at most `most` of its answers.
+/// Returns a result's text with at most `most` of its answers.
 std::string EntryText(std::size_t number, const HistoryEntry& entry, std::size_t most) {
   const std::vector<Answer>& answers = entry.outcome.answers;
   std::string text = fmt::format("{:<4} {}  {}  {}  {}\n", number, entry.outcome.provenance.utc,
@@ -123,7 +123,7 @@ ordered_json EntryJson(std::size_t number, const HistoryEntry& entry) {
   return json;
 }
 
-/// A filter that leaves nothing may be a slip of the pen.
+/// Notes that the filter matches nothing: it may be mistyped.
 void SayNothingMatches(const HistoryArguments& arguments) {
   fmt::print(stderr, "{}\n",
              arguments.chooses()
@@ -203,7 +203,7 @@ ordered_json ComparisonJson(const HistoryArguments& arguments,
   return json;
 }
 
-/// What is known to differ in what was measured.
+/// Lists the known differences of the subjects.
 std::string OtherThings(const Subject& before, const Subject& after) {
   std::string text;
   for (const auto& [key, words, member] : measurement::SubjectTexts()) {
@@ -254,7 +254,8 @@ Result<int> RunCompare(const HistoryArguments& arguments) {
   return code;
 }
 
-/// A text of a table; one that a spreadsheet would take for a formula gets an apostrophe before it.
+/// Returns a text for a table; one that a spreadsheet would treat as a formula gets a leading
+/// apostrophe.
 std::string Cell(std::string_view text) {
   const bool formula =
       !text.empty() && std::string_view("=+-@\t\r").find(text[0]) != std::string_view::npos;
@@ -263,7 +264,8 @@ std::string Cell(std::string_view text) {
   return cell + "\"";
 }
 
-/// A result as rows of CSV, one for each answer; numbers are empty unless the verdict is good.
+/// Returns a result as rows of CSV, one for each answer; numbers are empty unless the verdict is
+/// good.
 std::string HistoryRows(const files::HistoryEntry& entry) {
   const auto& [provenance, answers, notices, subject] = entry.outcome;
   const auto applied = std::find_if(
@@ -300,7 +302,7 @@ Result<int> RunExport(const HistoryArguments& arguments) {
   return kExitGood;
 }
 
-/// One thing that is measured again and again.
+/// Measurand with repeated results.
 struct Measurand {
   Instrument instrument = Instrument::kPressureAdvance;
   Subject subject = {};  // without its spool and temperatures
@@ -334,7 +336,7 @@ Measurand Judge(const files::History& history, const std::vector<const HistoryEn
   return measurand;
 }
 
-/// All that the results are of, what is due first.
+/// Returns all measurands of the results, due ones first.
 std::vector<Measurand> FindMeasurands(const HistoryArguments& arguments,
                                       const files::History& history) {
   std::map<std::tuple<Instrument, std::string, std::string, std::string, std::string>,

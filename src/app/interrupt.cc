@@ -21,7 +21,8 @@ sigset_t EndingSignals() {
     sigaddset(&signals, number);
   }
 #ifndef TRAMMEL_SANITIZED  // which has handlers of its own for these
-  // Sent by another process. Where this one has earned them, holding them back does not hold it up.
+  // Signals sent by another process; blocking does not suppress those that this process causes
+  // itself.
   for (const int number : {SIGILL, SIGBUS, SIGFPE, SIGSEGV}) sigaddset(&signals, number);
 #endif
   for (int number = SIGRTMIN; number <= SIGRTMAX; ++number) sigaddset(&signals, number);
@@ -35,7 +36,7 @@ sigset_t EndingSignals() {
 Interrupt::Interrupt() {
   const sigset_t signals = EndingSignals();
   pthread_sigmask(SIG_BLOCK, &signals, nullptr);
-  // Held back only, so that words from the background do not stop the process.
+  // Only blocked, so that output from the background does not stop the process.
   sigset_t ending = signals;
   sigdelset(&ending, SIGTTOU);
   thread_ = std::jthread([source = source_, ending](std::stop_token end) mutable {

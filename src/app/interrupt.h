@@ -1,4 +1,5 @@
-// Ctrl-C as a request to stop rather than an end: a machine in motion must be left safe.
+// Ctrl-C as a request to stop instead of an immediate end: a moving machine must first be made
+// safe.
 #pragma once
 
 #include <csignal>
@@ -11,15 +12,15 @@
 
 namespace trammel::app {
 
-/// Every signal that can be caught and would end the process, whoever sends it: Ctrl-C, a closed
-/// terminal, a limit on processor time, a timer. Not those that GuardConsole() has done away with;
-/// not SIGHUP where the process was started to outlive its terminal (nohup).
+/// Returns every signal that can be caught and would end the process: Ctrl-C, a closed terminal, a
+/// limit on processor time, a timer. Excludes those that GuardConsole() disables, and SIGHUP if the
+/// process was started to outlive its terminal (nohup).
 [[nodiscard]] sigset_t EndingSignals();
 
-/// While it lives, the ending signals ask `token()` to stop instead of ending the process, the
-/// first like any that come after it, and nothing waits for whoever reads what is said. Then they
-/// are held back until the process ends by itself, with the exit code that tells. REQUIRES to be
-/// made before any other thread, which would take the signals otherwise.
+/// While it lives, every ending signal requests a stop of `token()` instead of ending the process,
+/// and no output waits for a reader. Afterwards signals are blocked until the process ends with the
+/// matching exit code. REQUIRES that no other thread exists yet, since it would receive the
+/// signals.
 class Interrupt {
  public:
   Interrupt();
@@ -35,14 +36,13 @@ class Interrupt {
   std::jthread thread_;  // last: stopped and joined before the source goes
 };
 
-/// Holds the ending signals back (app/interrupt.h), for Wait() to take. REQUIRES to be made before
-/// any other thread, which would take the signals otherwise.
+/// Blocks the ending signals (app/interrupt.h) so that Wait() receives them. REQUIRES that no other
+/// thread exists yet, since it would receive the signals.
 class EndOfServing {
  public:
   EndOfServing();
 
-  /// Returns with a signal, when a time has passed, or once `ended` is true (asked ten times a
-  /// second).
+  /// Returns on a signal, after a time, or once `ended` is true (polled ten times a second).
   void Wait(std::optional<double> for_s, const std::function<bool()>& ended = {}) const;
 
  private:

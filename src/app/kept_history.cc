@@ -27,7 +27,7 @@ report::IntervalStyle StyleOf(const Change& change) {
   return style;
 }
 
-/// The result as it is in the history; without a place in it where it is not.
+/// Returns the result as in the history; without position if it is not there.
 HistoryEntry EntryOf(const History& history, const Outcome& outcome) {
   const std::string fingerprint = files::Fingerprint(outcome);
   const auto own = std::ranges::find(history.entries, fingerprint, &HistoryEntry::fingerprint);
@@ -38,7 +38,7 @@ HistoryEntry EntryOf(const History& history, const Outcome& outcome) {
           .order = std::numeric_limits<std::int64_t>::max()};
 }
 
-/// The most results of one thing that are read.
+/// Maximum number of results of one measurand that are read.
 constexpr std::size_t kMostCompared = 1000;
 
 }  // namespace

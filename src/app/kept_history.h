@@ -1,4 +1,4 @@
-// The results of a folder of recordings, and how a new one differs from the earlier ones.
+// Results in a folder of recordings, and how a new result differs from earlier ones.
 #pragma once
 
 #include <cstdint>
@@ -12,35 +12,35 @@
 
 namespace trammel::app {
 
-/// Reads a folder's results, with what was applied of them. Names on standard error results that
+/// Reads a folder's results and which of them were applied. Prints to standard error which results
 /// cannot be read, and why history.db is not used. Errors: those of files::ReadHistory,
 /// files::StateFolder and files::AddApplications.
 [[nodiscard]] Result<files::History> ReadKept(const std::filesystem::path& recordings,
                                               const files::HistoryQuery& query);
 
-/// Whether a result was set on the machine that it was measured on.
+/// True if a result was set on the machine that it was measured on.
 [[nodiscard]] bool WasApplied(const files::HistoryEntry& entry);
 
-/// The last change of a printer's nozzle before a result; null: none is noted.
+/// Returns the last nozzle change of a printer before a result; null: none is recorded.
 [[nodiscard]] const files::NozzleChange* NozzleChangeBefore(const files::History& history,
                                                             const std::string& printer,
                                                             std::int64_t order);
 
 /// Compares a result with the mean of the last 100 earlier ones of the same instrument, printer,
-/// nozzle and filament, none from before the nozzle was changed. Empty where too few of them are
-/// kept, or nothing is noted of what was measured.
+/// nozzle and filament, since the last nozzle change. Empty if there are too few, or the measured
+/// object is not recorded.
 /// @param now  of the history, or not in it yet
 [[nodiscard]] std::vector<measurement::Change> CompareWithEarlier(const files::History& history,
                                                                   const files::HistoryEntry& now);
 
-/// Prints what CompareWithEarlier finds: the one answer, or of several those that changed. Says
-/// nothing where it cannot: the answer stands without it.
+/// Prints the result of CompareWithEarlier: a single value, or of several those that changed.
+/// Prints nothing on failure, since the answer is valid without it.
 void PrintDrift(const std::filesystem::path& recordings, const measurement::Outcome& now);
 
 /// "+0.0017 s (95 %: -0.0004 to +0.0038 s)" and whether that is a change: of Compare.
 [[nodiscard]] std::string ChangeText(const measurement::Change& change);
 
-/// The same against the mean of how many earlier results: of Drift.
+/// Describes the change against the mean of earlier results and their number: of Drift.
 [[nodiscard]] std::string DriftText(const measurement::Change& change);
 
 }  // namespace trammel::app

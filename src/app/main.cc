@@ -1,4 +1,4 @@
-// The command line: a table of the groups of commands.
+// Command line: a table of the groups of commands.
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <string>
@@ -26,7 +26,7 @@
 
 namespace {
 
-// What the instruments of this build have to offer to trammel serve.
+// Collects what the instruments of this build offer to trammel serve.
 trammel::service::Offerings Offers() {
   trammel::service::Offerings offered;
 #ifdef TRAMMEL_PRESSURE_ADVANCE
@@ -44,14 +44,14 @@ trammel::service::Offerings Offers() {
   return offered;
 }
 
-// A command of the first level: most are groups.
+// Command of the first level; most are groups.
 struct Command {
   const char* name;
   const char* text;
   void (*fill)(CLI::App& command, int& exit_code);  // none: left out (TRAMMEL_INSTRUMENTS)
 };
 
-// In the order of the help.
+// Ordered as in the help.
 constexpr Command kCommands[] = {
     {"pa", "pressure advance",
 #ifdef TRAMMEL_PRESSURE_ADVANCE
@@ -99,8 +99,8 @@ constexpr Command kCommands[] = {
     },
 };
 
-// Hangs all commands below the program and fills those that the words name: all options of all of
-// them take as long as the rest of the start. What describes the whole program names none of them.
+// Adds all commands and fills only those that the words name, since all options of all commands
+// would double the start-up time. Descriptions of the whole program name none of them.
 void AddCommands(CLI::App& cli, int& exit_code, const std::vector<std::string>& words) {
   const auto named = [&words](std::string_view word) {
     return std::find(words.begin(), words.end(), word) != words.end();

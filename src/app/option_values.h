@@ -14,10 +14,10 @@
 
 namespace trammel::app {
 
-/// The text less its spaces at both ends.
+/// Returns the text without the spaces at both ends.
 [[nodiscard]] std::string_view WithoutSpaces(std::string_view text);
 
-/// The whole text as one number; nothing where it is not, or not finite.
+/// Parses the whole text as one finite number; absent otherwise.
 template <class Number>
 [[nodiscard]] std::optional<Number> ParseNumber(std::string_view text) {
   Number value = 0;
@@ -27,7 +27,7 @@ template <class Number>
   return value;
 }
 
-/// Cut at each separator; at most one more than `most` parts.
+/// Splits at each separator, into at most `most` + 1 parts.
 [[nodiscard]] std::vector<std::string_view> Split(std::string_view text, char separator,
                                                   std::size_t most);
 
@@ -36,7 +36,7 @@ struct WholePair {
   int second = 0;
 };
 
-/// Reads `9x3` or `1280x720`; nothing where the text is not two whole numbers with an x between.
+/// Parses `9x3` or `1280x720`; absent if the text is not two whole numbers with an x between.
 [[nodiscard]] std::optional<WholePair> ParseWholePair(std::string_view text);
 
 struct ToolShift {
@@ -45,17 +45,17 @@ struct ToolShift {
   double y_mm = 0;
 };
 
-/// Reads `TOOL:X,Y`, for example 1:0.2,-0.1: tools 0 ... most_tool, X and Y within +-1000 mm.
-/// @param option  begins the message of the error.
+/// Parses `TOOL:X,Y`, for example 1:0.2,-0.1: tools 0 ... most_tool, X and Y within +-1000 mm.
+/// @param option  begins the error message.
 [[nodiscard]] Result<ToolShift> ParseToolShift(std::string_view option, std::string_view text,
                                                int most_tool);
 
 // Bounds for numbers on the command line.
 
-/// Refuses what does not lie in low … high, NaN included, which CLI::Range lets pass.
+/// Accepts numbers in low … high and rejects NaN, which CLI::Range accepts.
 [[nodiscard]] CLI::Validator NumberIn(double low, double high);
 
-/// Refuses what is no whole number from 0 to 2^64 - 1: CLI11 turns -1 into the largest.
+/// Accepts whole numbers from 0 to 2^64 - 1; CLI11 alone would turn -1 into the largest.
 [[nodiscard]] CLI::Validator SeedNumber();
 
 }  // namespace trammel::app

@@ -71,7 +71,8 @@ Result<void> CheckOutputs(const ReportFiles& outputs) {
           outputs.result));
     }
   }
-  // The folder of the figures is made with all above it; none of them may be something else.
+  // Checks that the figures' folder and all missing parents can be created: none may be another
+  // kind of file.
   for (fs::path part = outputs.figures; !part.empty(); part = part.parent_path()) {
     if (fs::is_directory(part, ignored)) break;
     if (fs::exists(part, ignored)) {
@@ -84,7 +85,7 @@ Result<void> CheckOutputs(const ReportFiles& outputs) {
 
 namespace {
 
-/// A name that no other has, also where two runs begin within one second.
+/// Returns a unique name, even if two runs begin within one second.
 fs::path NewRecordingName() {
   const std::string name = RecordingName(measurement::Instrument::kPressureAdvance);
   fs::path folder = fs::path("recordings") / name;
@@ -116,7 +117,7 @@ Result<fs::path> MakeFolder(const fs::path& asked_for) {
 
 Result<NewFolder> NewFolder::Make(const fs::path& asked_for) {
   NewFolder folder;
-  // Which of the folders above it are not there yet is known only before it is made.
+  // Missing parent folders can be listed only before the folder is made.
   std::vector<fs::path> missing;
   std::error_code ignored;
   const fs::path wanted = asked_for.empty() ? fs::path("recordings") : asked_for;

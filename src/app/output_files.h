@@ -13,13 +13,12 @@
 
 namespace trammel::app {
 
-/// An error that names the first of the paths that is there already, unless `force`, that no file
-/// is to be written to (files/new_file.h), or that comes twice. Looks before anything is written:
-/// all or none.
+/// Returns an error that names the first path that exists already (unless `force`), is no valid
+/// target (files/new_file.h), or is given twice. Checks all paths before anything is written.
 [[nodiscard]] Result<void> RefuseToOverwrite(const std::vector<std::filesystem::path>& paths,
                                              bool force);
 
-/// Where a report is to go.
+/// Output paths of a report.
 struct ReportFiles {
   std::string report = {};   ///< HTML file to write; empty: none
   std::string figures = {};  ///< folder for each figure as PNG and SVG; empty: none
@@ -28,9 +27,8 @@ struct ReportFiles {
   bool force = false;        ///< overwrite files
 };
 
-/// Whether the files can be written, asked before the work rather than behind it: minutes of it
-/// need not go without their report. A result replaces nothing but a result, even with `force`.
-/// Errors name the option.
+/// Checks that the files can be written, before minutes of work would end without a report. A
+/// result replaces only a result, even with `force`. Errors name the option.
 [[nodiscard]] Result<void> CheckOutputs(const ReportFiles& outputs);
 
 struct OutputFile {
@@ -38,20 +36,20 @@ struct OutputFile {
   std::string bytes;
 };
 
-/// Writes all of them, or none where one is there already, unless `force`.
+/// Writes all files, or none if one exists already, unless `force`.
 [[nodiscard]] Result<void> WriteOutputs(const std::vector<OutputFile>& outputs, bool force);
 
-// The folder of a run, which is gone again where nothing came into it.
+// Folder of a run, removed again if it stays empty.
 
 class NewFolder {
  public:
-  /// Makes the folder that was asked for, else recordings/pressure_advance-<UTC>.
-  /// Errors: it is there and not empty; it cannot be made.
+  /// Creates the requested folder, else recordings/pressure_advance-<UTC>.
+  /// Errors: it exists and is not empty; it cannot be created.
   [[nodiscard]] static Result<NewFolder> Make(const std::filesystem::path& asked_for);
 
   NewFolder(NewFolder&& other) noexcept;
   NewFolder& operator=(NewFolder&& other) noexcept;
-  /// Removes what it made and what is still empty: a run that was refused leaves nothing behind.
+  /// Removes the folders that it created and that are still empty: a rejected run leaves no trace.
   ~NewFolder();
 
   [[nodiscard]] const std::filesystem::path& path() const { return path_; }
@@ -62,24 +60,24 @@ class NewFolder {
   std::vector<std::filesystem::path> made_;  // innermost first
 };
 
-// The result of a command as a file: what --result writes, and what a recording keeps.
+// Result of a command as a file: the output of --result, and the copy in a recording.
 
-/// An outcome with what its instrument says beside it.
+/// Outcome with the instrument's own details.
 struct ResultFile {
   measurement::Outcome outcome;
-  nlohmann::ordered_json details;  ///< as --json prints it
+  nlohmann::ordered_json details;  ///< as printed by --json
 };
 
-/// As a file to write (docs/reference/formats.md, result.json).
+/// Converts a result to a file (docs/reference/formats.md, result.json).
 [[nodiscard]] OutputFile OutputOf(const std::filesystem::path& path, const ResultFile& result);
 
 /// Writes result.json into the recording's folder. Errors name the file.
 [[nodiscard]] Result<void> KeepInRecording(const std::filesystem::path& folder,
                                            const ResultFile& result);
 
-// Whether a file was measured before, by the copies that recordings keep.
+// Search for an earlier measurement of a file, by the copies in recordings.
 
-/// The recording among those of a folder that keeps the same bytes under one of the names; empty:
+/// Finds the recording in a folder that contains the same bytes under one of the names; empty:
 /// none. Errors (kInput): the folder cannot be read.
 [[nodiscard]] Result<std::filesystem::path> FindKeptCopy(const std::filesystem::path& recordings,
                                                          std::span<const std::string> names,

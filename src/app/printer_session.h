@@ -1,4 +1,4 @@
-// What every command that needs a printer does first: settings, connection, folder, progress.
+// First steps of every command that needs a printer: settings, connection, folder, progress.
 #pragma once
 
 #include <memory>
@@ -19,7 +19,7 @@ class App;
 
 namespace trammel::app {
 
-/// Which settings, and what the command line puts above them.
+/// Settings file and the command line's overrides.
 struct PrinterOptions {
   std::string config;            ///< file; empty: trammel.toml of this folder, if there is one
   std::vector<std::string> set;  ///< key=value
@@ -35,14 +35,14 @@ void AddPrinterOptions(CLI::App& command, PrinterOptions& options);
 /// --printer alone.
 void AddAddressOption(CLI::App& command, std::string& address);
 
-/// The words by which another command has the same printer and settings: " --printer voron.local";
-/// empty where none were given.
+/// Returns the options that select the same printer and settings for another command, " --printer
+/// voron.local"; empty if none were given.
 [[nodiscard]] std::string WordsForPrinter(const PrinterOptions& options);
 
 /// --material, for what prints.
 void AddMaterialOption(CLI::App& command, std::string& material);
 
-/// Sets the material that --material named; empty: none.
+/// Sets the material given by --material; empty: none.
 void TakeMaterial(const std::string& material, files::Config& config);
 
 /// --camera.
@@ -50,36 +50,35 @@ void AddCameraOption(CLI::App& command, PrinterOptions& options);
 
 [[nodiscard]] Result<files::Config> LoadSettings(const PrinterOptions& options);
 
-/// Loads the settings of a run for a filament of a material, as its name says; empty: none.
-/// @param nozzle_given  whether this run was told the nozzle's temperature, which then holds
-/// @param remedy        how it is told that, for the error
-/// Errors: those of LoadSettings; kInput where they set the nozzle's temperature and name another
+/// Loads the settings of a run for the filament of a material, given by name; empty: none.
+/// @param nozzle_given  true if this run was given the nozzle's temperature, which then applies
+/// @param remedy        option that sets it, for the error
+/// Errors: those of LoadSettings; kInput if they set the nozzle's temperature and name another
 /// material.
 [[nodiscard]] Result<files::Config> LoadSettingsFor(const std::string& material, bool nozzle_given,
                                                     const std::string& remedy,
                                                     PrinterOptions options);
 
-/// The printer that the settings name. Errors: kMachine, kInterrupted.
-/// @param time_limit_s  how long it may take; absent: as long as a connection may take
+/// Connects to the printer of the settings. Errors: kMachine, kInterrupted.
+/// @param time_limit_s  upper limit of the time; absent: that of a connection
 [[nodiscard]] Result<std::unique_ptr<machine::Printer>> Connect(
     const settings::ScanSettings& settings, const std::stop_token& stop,
     std::optional<double> time_limit_s = {});
 
-/// The same as the agent "trammel", by whose name others call it.
+/// Connects in the same way as the agent "trammel", the name by which others call it.
 [[nodiscard]] Result<std::unique_ptr<machine::Printer>> ConnectAsService(
     const settings::ScanSettings& settings, const std::stop_token& stop);
 
-/// A name for a run that no other has (files::IsRunName).
+/// Returns a unique name for a run (files::IsRunName).
 [[nodiscard]] std::string NewRunName();
 
-/// Progress on standard error: standard output holds the answer alone.
+/// Prints progress on standard error: standard output contains only the answer.
 void TellOnTerminal(const procedure::Progress& progress);
 
-/// Lets TellOnTerminal write lines of JSON (session/screen.h), for a program that reads
-/// them.
+/// Switches TellOnTerminal to lines of JSON (session/screen.h), for a program that reads them.
 void TellProgressAsJson();
 
-/// The names by which commands, and `trammel serve`, are agents of Moonraker.
+/// Names under which commands and `trammel serve` register as agents of Moonraker.
 inline constexpr const char* kCommandsAgent = "trammel-run";
 inline constexpr const char* kServiceAgent = "trammel";
 

@@ -17,7 +17,7 @@
 namespace trammel::app {
 namespace {
 
-// Help, or what is wrong with the words of the command.
+// Prints help, or the fault in the words of the command.
 int Answer(const CLI::App& cli, const CLI::ParseError& error,
            const std::vector<std::string>& words) {
   std::ostringstream output;
@@ -40,7 +40,7 @@ int RunProgram(const Program& program, int argc, char** argv) {
   cli.require_subcommand(1);
   cli.set_version_flag("--version", std::string(ProgramVersion()),
                        fmt::format("says which {} this is", program.name));
-  // Taken below every command, too.
+  // Accepted after every command, too.
   cli.fallthrough();
   cli.footer(fmt::format("--quiet and --color WHEN: {} --help", program.name));
   cli.add_flag_callback("-q,--quiet", SayErrorsOnly,

@@ -1,4 +1,4 @@
-// Which program found a result, and when.
+// Program and time that a result came from.
 #pragma once
 
 #include <cstdio>
@@ -13,35 +13,35 @@ namespace trammel::app {
 /// "trammel 0.1.0".
 [[nodiscard]] std::string_view ProgramVersion();
 
-/// Now, ISO 8601 to the second: "2026-01-02T03:04:05Z".
+/// Returns the current time, ISO 8601 to the second: "2026-01-02T03:04:05Z".
 [[nodiscard]] std::string UtcNow();
 
-/// The same of a time since 1970; of one that no calendar has, the number.
+/// Formats a time since 1970 in the same way; the plain number if no calendar has it.
 [[nodiscard]] std::string UtcOf(double since_1970_s);
 
-/// This program, now, from those sources.
+/// Returns the provenance: this program, now, from those sources.
 [[nodiscard]] measurement::Provenance ProvenanceOf(measurement::Instrument instrument,
                                                    std::vector<std::string> sources);
 
-/// A folder for what an instrument records, now: "tap-20260102T030405Z".
+/// Returns the name of a new recording's folder, with the current time: "tap-20260102T030405Z".
 [[nodiscard]] std::string RecordingName(measurement::Instrument instrument);
 
-// The date where the computer stands.
+// Date in the computer's time zone.
 
-/// YYYY-MM-DD in the computer's own time zone, as people write dates into files.
+/// Returns YYYY-MM-DD in the computer's time zone, as people date files.
 [[nodiscard]] std::string Today();
 
-// The command that comes next: the last line of an answer.
+// Next command for the user: the last line of an answer.
 
-/// Says what comes next where an answer is text, in the answer's own columns.
+/// Prints the user's next command below an answer in text form, in the answer's columns.
 /// @param label  of the row: "next", "to undo it"
 /// @param text   "trammel pa apply FOLDER", or words that end in a command
 /// @param column characters before the text
-/// @param where  standard error where standard output holds the answer for a program
+/// @param where  standard error if standard output contains the answer for a program
 void SayNext(std::string_view label, const std::string& text, int column = 18,
              std::FILE* where = stdout);
 
-/// A word of a command for a shell: as it is, or in quotes where it has to be.
+/// Returns a command's word for a shell, quoted only where necessary.
 [[nodiscard]] std::string ShellQuoted(const std::string& word);
 
 }  // namespace trammel::app

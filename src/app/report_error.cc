@@ -32,7 +32,7 @@ int ExitCodeOf(const std::function<int()>& command) {
   (void)NoteBug([&] { code = command(); });
   const std::optional<std::string> bug = NotedBug();
   if (!bug) return code;
-  // Not fmt::print, which throws where standard error is closed.
+  // Not fmt::print, which throws if standard error is closed.
   const std::string text =
       fmt::format("trammel: this is a bug in trammel, please report it: {}\n", *bug);
   std::fputs(text.c_str(), stderr);

@@ -34,11 +34,11 @@ struct ServeArguments {
   std::string out = "recordings";
   bool answer_taps = false;
   std::string ask;          // a method: asked of a service that runs, in place of serving
-  std::string with = "{}";  // its arguments
+  std::string with = "{}";  // method's arguments
 };
 
-// One printer for each --config and --printer, paired in their order where there are several of
-// both.
+// Returns one printer for each --config and --printer, paired in their order if there are several
+// of both.
 Result<std::vector<service::PrinterPlace>> PlacesOf(const ServeArguments& arguments) {
   const std::size_t configs = arguments.configs.size();
   const std::size_t addresses = arguments.addresses.size();
@@ -91,7 +91,7 @@ Result<service::ServedPrinter> ServedAt(const service::PrinterPlace& place,
   return served;
 }
 
-// Prints what the service answers, asked through Moonraker as front ends ask.
+// Prints the service's answer to a request through Moonraker, as front ends make it.
 Result<int> AskService(const ServeArguments& arguments, const service::PrinterPlace& place,
                        const std::stop_token& stop) {
   constexpr double kPatience_s = 10;

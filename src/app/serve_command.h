@@ -1,4 +1,4 @@
-// trammel serve: one process beside Klipper, for whatever may be asked of trammel there.
+// trammel serve: one process beside Klipper that handles all requests to trammel.
 #pragma once
 
 #include <functional>
@@ -14,17 +14,17 @@ class App;
 
 namespace trammel::app {
 
-/// What the command line says of a printer that is served.
+/// Converts the command line's entry of a served printer to options.
 [[nodiscard]] PrinterOptions OptionsAt(const service::PrinterPlace& place);
 
-/// Whether a job's argument is a plain number: it becomes part of a setting, and of a button's
+/// Checks that a job's argument is a plain number: it becomes part of a setting, and of a button's
 /// G-code. Errors (kInput): it is not.
 [[nodiscard]] Result<void> CheckTemperatureArgument(const std::string& text);
 
-/// What is offered, asked for when the command runs. Attendants are started only where asked for.
+/// Collects the offers when the command runs. Attendants start only on request.
 using Offers = std::function<service::Offerings()>;
 
-/// Makes a command one that serves.
+/// Adds the options of a serving command.
 void AddServeOptions(CLI::App& command, int& exit_code, Offers offers);
 
 }  // namespace trammel::app

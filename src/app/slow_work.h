@@ -10,8 +10,8 @@
 
 namespace trammel::app {
 
-/// Says on standard error what a command is at, while it lives: after the first second, and again
-/// every ten. Says nothing of work that is done sooner.
+/// Prints the current step of a command on standard error while it lives: after the first second,
+/// and then every ten. Prints nothing if the work ends sooner.
 class SlowWork {
  public:
   /// @param what  a line of progress: "reading the photo"
@@ -29,10 +29,10 @@ class SlowWork {
   std::jthread thread_;  // last: stopped and joined before the others go
 };
 
-// What the pictures of an analysis take from the system.
+// Memory for the pictures of an analysis.
 
-/// Keeps freed memory for the next picture: every step of an analysis takes and frees some of a
-/// photo's size, and to give it back each time costs a fifth of the whole analysis, in pages that
+/// Retains freed memory for the next picture: every step of an analysis allocates and frees buffers
+/// of a photo's size. Returning them each time costs a fifth of the whole analysis, in pages that
 /// the system clears again.
 void KeepPicturesMemory();
 

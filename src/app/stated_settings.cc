@@ -25,7 +25,7 @@ bool Holds(const settings::SettingRange& range, double value) {
   return value >= range.lo && value <= range.hi;
 }
 
-// Whether a number that the printer states may be set where the settings have another.
+// True if the printer reports a number other than the setting's, within the setting's range.
 bool Differs(const std::optional<double>& stated, double ours,
              const settings::SettingRange& range) {
   return stated && *stated != ours && Holds(range, *stated);
@@ -54,7 +54,7 @@ void TakeNozzle(const PrinterFacts& facts, Config& config, std::vector<std::stri
   taken.push_back(fmt::format("nozzle of {:g} mm", pattern.nozzle_diameter_mm));
 }
 
-/// Along one axis: from 0 where that is the corner, else all that the nozzle reaches.
+/// Extent along one axis: from 0 if the corner is there, else the nozzle's whole reach.
 struct BedAxis {
   double origin_mm = 0;
   double size_mm = 0;
@@ -101,7 +101,7 @@ void TakeBed(const PrinterFacts& facts, Config& config, std::vector<std::string>
                   x.origin_mm, x.origin_mm + x.size_mm, y.origin_mm, y.origin_mm + y.size_mm));
 }
 
-// Each material has a bed's temperature, which a bed without a heater cannot have.
+// Handles a bed without a heater, which cannot reach a material's bed temperature.
 void TakeBedHeater(const PrinterFacts& facts, Config& config, std::vector<std::string>& taken) {
   if (!facts.no_bed_heater || config.IsSet("filament.bed_temperature")) return;
   config.pattern.bed_temperature_c = 0;
@@ -135,7 +135,7 @@ std::vector<std::string> TakeStated(const PrinterFacts& facts, StatedFor purpose
 
 namespace {
 
-// The facts of a printer that is ready, and what was taken over, in words; nothing of another.
+// Facts of a ready printer, and which were adopted, as text; empty if it is not ready.
 struct TakenFacts {
   PrinterFacts facts;
   std::string words;

@@ -53,7 +53,7 @@ Result<void> TerminalPerson::CheckCanAnswer(const std::string& name) const {
                   name));
 }
 
-// A line that was typed by now; nothing where there is none.
+// Returns a line typed so far; absent if there is none.
 Result<std::optional<std::string>> TerminalPerson::TakeLine() {
   for (;;) {
     const std::size_t end = typed_.find('\n');

@@ -1,4 +1,4 @@
-// The person at the terminal.
+// Operator at the terminal.
 #pragma once
 
 #include <set>
@@ -9,8 +9,8 @@
 
 namespace trammel::app {
 
-/// Asks on standard error, reads standard input. Without a terminal on both nobody can be asked,
-/// and only what was answered beforehand is.
+/// Asks on standard error, reads standard input. If either is no terminal, only questions answered
+/// beforehand are answered.
 class TerminalPerson final : public procedure::Person {
  public:
   /// @param yes  questions whose answer is yes already, by their names
@@ -22,7 +22,7 @@ class TerminalPerson final : public procedure::Person {
                                      const std::function<Result<void>()>& meanwhile) override;
   [[nodiscard]] Result<std::optional<std::string>> LineWithin(double time_s) override;
 
-  /// Whether somebody can be asked.
+  /// True if somebody can answer questions.
   [[nodiscard]] bool present() const { return present_; }
 
  private:
@@ -31,7 +31,7 @@ class TerminalPerson final : public procedure::Person {
   std::stop_token stop_;
   std::set<std::string> yes_;
   bool present_ = false;
-  std::string typed_;  ///< without its line's end yet
+  std::string typed_;  ///< typed so far, without line end
 };
 
 }  // namespace trammel::app

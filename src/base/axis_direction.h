@@ -1,4 +1,4 @@
-// A direction along an image or machine axis.
+// Direction along an image or machine axis.
 #pragma once
 
 #include <optional>
@@ -12,12 +12,12 @@ enum class AxisDirection { kPlusX, kMinusX, kPlusY, kMinusY };
   return direction == AxisDirection::kPlusX || direction == AxisDirection::kMinusX;
 }
 
-/// 1 towards larger coordinates, -1 towards smaller ones.
+/// Returns 1 towards larger coordinates, -1 towards smaller ones.
 [[nodiscard]] constexpr double Sign(AxisDirection direction) {
   return direction == AxisDirection::kPlusX || direction == AxisDirection::kPlusY ? 1 : -1;
 }
 
-/// As files and settings spell it: "+x", "-x", "+y" or "-y".
+/// Returns the spelling of files and settings: "+x", "-x", "+y" or "-y".
 [[nodiscard]] std::string_view ToString(AxisDirection direction);
 [[nodiscard]] std::optional<AxisDirection> ParseAxisDirection(std::string_view name);
 

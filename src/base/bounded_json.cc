@@ -16,8 +16,8 @@ using nlohmann::json;
 
 constexpr std::size_t kShownKey = 60;
 
-// Bytes that a value takes at most while it is built, by kind, on a 64-bit host: lists grow by
-// doubling and hold both copies for a moment; members are nodes of a tree.
+// Maximum bytes of a value while it is built, by kind, on a 64-bit host: lists grow by doubling and
+// temporarily hold both copies; members are nodes of a tree.
 constexpr std::size_t kSlot = 3 * sizeof(json);
 constexpr std::size_t kContainer = 64;
 constexpr std::size_t kMember = 48 + sizeof(std::string) + sizeof(json);
@@ -29,7 +29,7 @@ std::string Shown(const std::string& key) {
   return fmt::format("{}...", text.substr(0, kShownKey - 3));
 }
 
-/// Builds the value from the parser's events; an event that returns false ends the parsing at once.
+/// Builds the value from the parser's events; an event that returns false ends the parsing.
 class Builder {
  public:
   explicit Builder(const JsonBounds& bounds) : bounds_(bounds) {}
@@ -61,7 +61,7 @@ class Builder {
   }
 
   bool parse_error(std::size_t byte, const std::string& /*token*/, const json::exception& error) {
-    // The library's own prefix in brackets says nothing to a user.
+    // Removes the library's prefix in brackets, which does not help a user.
     const std::string_view what = error.what();
     const std::size_t bracket = what.find("] ");
     no_json_ = what.substr(bracket == std::string_view::npos ? 0 : bracket + 2);
@@ -121,9 +121,8 @@ class Builder {
   }
 
   const JsonBounds bounds_;
-  std::vector<json*>
-      open_;                ///< from the root inwards; a list does not grow while one of its own is
-  json* member_ = nullptr;  ///< what the last key names
+  std::vector<json*> open_;  ///< root first; no list grows while an element of it is open
+  json* member_ = nullptr;   ///< value of the last key
   std::size_t spent_ = 0;
   std::string fault_;
   std::string no_json_;
@@ -142,7 +141,7 @@ Result<json> ParseBoundedJson(std::string_view text, const std::string& name,
     const auto end = text.begin() + static_cast<std::ptrdiff_t>(std::min(text.size(), byte));
     return 1 + std::count(text.begin(), end, '\n');
   };
-  // The parser takes it for the text's end.
+  // The parser treats a zero byte as the end of the text.
   if (const std::size_t zero = text.find('\0'); zero != std::string_view::npos) {
     if (const auto kind = KindByContent(text)) {
       return Fail(fmt::format("{}: is {}, not JSON: {}", name, kind->name, kind->remedy));

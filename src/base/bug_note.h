@@ -1,4 +1,4 @@
-// Keeps what is thrown on a thread from ending the process, and remembers it for main().
+// Prevents a thread's exception from ending the process, and records it for main().
 #pragma once
 
 #include <functional>
@@ -7,12 +7,12 @@
 
 namespace trammel {
 
-/// Runs a thread's work. What it throws is noted instead of ending the process, which would leave
-/// a machine as it is.
-/// @returns what was thrown, in words, or nothing where the work came to its end.
+/// Runs a thread's work. Records an exception instead of ending the process, which would abandon a
+/// machine in its current state.
+/// @returns the exception's message; absent if the work completed.
 [[nodiscard]] std::optional<std::string> NoteBug(const std::function<void()>& work);
 
-/// The first that was noted in this process: main() then ends with the exit code of a bug.
+/// Returns the first bug noted in this process: main() then ends with the exit code of a bug.
 [[nodiscard]] std::optional<std::string> NotedBug();
 
 }  // namespace trammel

@@ -8,7 +8,7 @@
 
 namespace trammel {
 
-/// A broken precondition or invariant. Not caught below main().
+/// Violated precondition or invariant. Not caught below main().
 class Bug : public std::logic_error {
  public:
   using std::logic_error::logic_error;

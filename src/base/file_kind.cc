@@ -62,7 +62,7 @@ constexpr std::array kSignatures = {
     Signature{0, "\xfe\xff"sv, {"text in UTF-16", "save it as UTF-8"}},
     Signature{0, "\0\0\xfe\xff"sv, {"text in UTF-32", "save it as UTF-8"}}};
 
-// Of a page's first letters, whatever their case.
+// True if the bytes begin as an HTML page, in any case.
 bool StartsAsPage(std::string_view bytes) {
   constexpr std::array kStarts = {"<!doctype html"sv, "<html"sv};
   bytes.remove_prefix(std::min(bytes.find_first_not_of(" \t\r\n"), bytes.size()));

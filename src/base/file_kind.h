@@ -1,4 +1,4 @@
-// Names a file's kind by its first bytes, whatever its name ends in.
+// Detects a file's kind by its first bytes, whatever its extension.
 #pragma once
 
 #include <optional>
@@ -7,13 +7,13 @@
 namespace trammel {
 
 struct FileKind {
-  std::string_view name;    ///< with its article: "a ZIP archive"
-  std::string_view remedy;  ///< where a text or another format was wanted: "unpack it, ..."
+  std::string_view name;    ///< with article: "a ZIP archive"
+  std::string_view remedy;  ///< advice if a text or another format was expected: "unpack it, ..."
   bool is_archive = false;  ///< other files are in it
 };
 
-/// The kind of a file that no reader of trammel's own texts takes: archives, pictures, documents,
-/// programs, web pages, text in UTF-16. Absent where the bytes may be such a text.
+/// Returns the kind of a file that none of trammel's text readers accepts: archives, pictures,
+/// documents, programs, web pages, text in UTF-16. Absent if the bytes may be such a text.
 /// @param bytes  the file, or its first 64 bytes
 [[nodiscard]] std::optional<FileKind> KindByContent(std::string_view bytes);
 

@@ -1,4 +1,4 @@
-// An image with the time at which it was taken.
+// Image with its capture time.
 #pragma once
 
 #include <cstddef>
@@ -10,7 +10,7 @@
 
 namespace trammel {
 
-/// A read-only window into 8-bit BGR pixels, row-major. Does not own them.
+/// Read-only view of 8-bit BGR pixels, row-major. Does not own them.
 struct BgrView {
   const std::uint8_t* data = nullptr;
   int width = 0;              ///< px
@@ -20,7 +20,7 @@ struct BgrView {
   [[nodiscard]] const std::uint8_t* row(int y) const { return data + y * stride; }
 };
 
-/// A rectangle of whole pixels; (x, y) is its first pixel.
+/// Rectangle of whole pixels; (x, y) is its first pixel.
 struct PixelRect {
   int x = 0;
   int y = 0;
@@ -28,15 +28,15 @@ struct PixelRect {
   int height = 0;
 };
 
-/// Returns whether all of `inner` lies within `outer`.
+/// True if `inner` is completely within `outer`.
 [[nodiscard]] inline bool Contains(const PixelRect& outer, const PixelRect& inner) {
   return inner.x >= outer.x && inner.y >= outer.y &&
          inner.x + inner.width <= outer.x + outer.width &&
          inner.y + inner.height <= outer.y + outer.height;
 }
 
-/// An owned 8-bit BGR image, shape (height, width, 3), row-major, without padding, and its capture
-/// time on the clock of whoever took it.
+/// Owned 8-bit BGR image, shape (height, width, 3), row-major, without padding, with its capture
+/// time on the source's clock.
 struct Frame {
   int width = 0;
   int height = 0;
@@ -57,7 +57,7 @@ struct Frame {
   }
 };
 
-/// REQUIRES that rect lies within the view.
+/// Returns part of a view. REQUIRES rect within the view.
 [[nodiscard]] inline BgrView Crop(const BgrView& view, const PixelRect& rect) {
   TRAMMEL_CHECK(rect.x >= 0 && rect.y >= 0 && rect.width > 0 && rect.height > 0 &&
                     rect.x <= view.width - rect.width && rect.y <= view.height - rect.height,

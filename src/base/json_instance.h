@@ -1,6 +1,6 @@
 // Declares JSON's class templates, which are compiled once for all (base/json_instance.cc). Part of
-// the precompiled headers: of a template that several files compile, the linker takes whichever
-// comes first, and files that are not optimised would give theirs.
+// the precompiled headers: the linker uses the first copy of a template that several files compile,
+// which might come from a file that is not optimised.
 #pragma once
 
 #include <nlohmann/json.hpp>

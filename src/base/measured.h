@@ -1,4 +1,4 @@
-// The second kind of error: a measurement that cannot be trusted is a verdict, never a number.
+// The second kind of error: an untrustworthy measurement yields a verdict instead of a number.
 #pragma once
 
 #include <optional>
@@ -39,17 +39,17 @@ struct Interval {
   double hi = 0;
 };
 
-/// A scalar with its uncertainty, in the unit that the owner's name states.
+/// Scalar with its uncertainty, in the unit that the owner's name states.
 struct Quantity {
   double value = 0;
   double standard_uncertainty = 0;  ///< k = 1
   Interval interval95;
 };
 
-/// What every estimator returns: a quantity exactly when the verdict is good, else the reason.
+/// Return value of every estimator: a quantity exactly when the verdict is good, else the reason.
 class Measured {
  public:
-  /// Refused, because nothing was measured yet.
+  /// Creates a refused measurement: nothing was measured yet.
   Measured() = default;
 
   [[nodiscard]] static Measured Good(const Quantity& quantity) {
@@ -68,7 +68,7 @@ class Measured {
 
   [[nodiscard]] Verdict verdict() const { return verdict_; }
   [[nodiscard]] bool good() const { return verdict_ == Verdict::kGood; }
-  /// Empty when good; otherwise what is wrong, with its figure, and what to do.
+  /// Returns the cause, with its figure, and the remedy; empty when good.
   [[nodiscard]] const std::string& reason() const { return reason_; }
   /// REQUIRES good().
   [[nodiscard]] const Quantity& quantity() const {

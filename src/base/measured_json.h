@@ -1,4 +1,5 @@
-// A Measured, and an adjustment's check, as every file and every --json of trammel has them.
+// JSON of a Measured and of an adjustment's check, for every file and every --json output of
+// trammel.
 #pragma once
 
 #include <nlohmann/json.hpp>

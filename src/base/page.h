@@ -8,7 +8,7 @@
 
 namespace trammel {
 
-/// A read-only window into 8-bit pixels, row-major, grey or BGR interleaved. Does not own them.
+/// Read-only view of 8-bit pixels, row-major, grey or BGR interleaved. Does not own them.
 struct PageView {
   const std::uint8_t* data = nullptr;
   int width = 0;              ///< px
@@ -19,7 +19,7 @@ struct PageView {
   [[nodiscard]] const std::uint8_t* row(int y) const { return data + y * stride; }
 };
 
-/// An owned page and the resolution that it states.
+/// Owned page and the resolution that its file states.
 struct Page {
   int width = 0;
   int height = 0;
@@ -27,8 +27,8 @@ struct Page {
   std::vector<std::uint8_t> samples;
   std::optional<double> dpi_x;  ///< along a row; absent where the file does not say; may be wrong
   std::optional<double> dpi_y;
-  /// Of a camera's picture: its focal length as if on film of 35 mm (36 x 24 mm); absent where the
-  /// file has none, as that of a scan.
+  /// Focal length of a camera's picture as for 35 mm film (36 x 24 mm), in mm; absent if the file
+  /// has none, like a scan's.
   std::optional<int> film_focal_mm = {};
 
   [[nodiscard]] std::ptrdiff_t stride() const { return std::ptrdiff_t{channels} * width; }

@@ -1,4 +1,4 @@
-// Independent pieces of work on all processors.
+// Runs independent tasks on all processors.
 #pragma once
 
 #include <functional>
@@ -6,10 +6,10 @@
 
 namespace trammel {
 
-/// Calls work(0) … work(count - 1), begun in this order, on as many threads as there are
-/// processors, or fewer. The pieces must not touch each other's results. After an exception no
-/// further piece is begun, and the first is thrown on.
-/// @param most_threads  >= 1; the caller's own is one of them.
+/// Calls work(0) … work(count - 1), started in this order, on at most as many threads as there are
+/// processors. Tasks must not share results. After an exception no further task starts, and the
+/// first exception is rethrown.
+/// @param most_threads  >= 1; includes the caller's own.
 void ParallelFor(int count, const std::function<void(int)>& work,
                  int most_threads = std::numeric_limits<int>::max());
 

@@ -6,12 +6,13 @@
 namespace trammel {
 
 /// xoshiro256++ (Blackman & Vigna 2019) seeded by splitmix64. The standard library's engines are
-/// portable but its distributions are not; here both are fixed, so that a seed names one world.
+/// portable but its distributions are not. Here both are fixed, so that a seed determines the
+/// sequence.
 class Random {
  public:
   explicit Random(std::uint64_t seed);
 
-  /// Uniform over all 64-bit values.
+  /// Returns a uniform 64-bit value.
   std::uint64_t Bits();
   /// Uniform in [0, 1).
   double Uniform();
@@ -22,7 +23,7 @@ class Random {
   double Normal(double mean, double standard_deviation);
   /// Uniform in 0 … n - 1. REQUIRES n > 0.
   std::uint64_t Below(std::uint64_t n);
-  /// An independent generator; `stream` tells siblings apart. Does not advance this one.
+  /// Returns an independent generator; siblings have different `stream`. Does not advance this one.
   [[nodiscard]] Random Fork(std::uint64_t stream) const;
 
  private:

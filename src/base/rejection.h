@@ -1,4 +1,4 @@
-// The rule of every adjustment: what checks its answer, and how much it may reject.
+// Rule of every adjustment: how its result is checked, and how much it may reject.
 #pragma once
 
 #include <initializer_list>
@@ -7,17 +7,17 @@
 
 namespace trammel {
 
-/// Outliers are at most this share of the observations; what is more contradicts the model itself.
-/// Routine measurements have 1 to 10 % of them (Hampel et al., Robust Statistics, 1986).
+/// Maximum share of outliers among the observations; a larger share contradicts the model. Routine
+/// measurements have 1 to 10 % of them (Hampel et al., Robust Statistics, 1986).
 inline constexpr double kMostRejected = 0.05;
 
 /// Part of every adjustment's answer, in its text (CheckWords) and its JSON (CheckJson).
 struct AdjustmentCheck {
   int observations = 0;  ///< used and rejected
-  int rejected = 0;      ///< of these, because they contradict the others
+  int rejected = 0;      ///< of these, as inconsistent with the others
   int redundancy = 0;    ///< equations of those used, less the unknowns
-  /// Not empty: more is rejected than outliers can be, with the figures and the owner of most of
-  /// it. The verdict then is not good, and this its reason.
+  /// Reason for a verdict other than good if more is rejected than outliers explain, with the
+  /// figures and the owner of most of it; else empty.
   std::string contradiction;
 
   [[nodiscard]] double rejected_share() const {
@@ -25,15 +25,15 @@ struct AdjustmentCheck {
   }
 };
 
-/// Counts what an adjustment uses and rejects. Observations that the adjustment cannot use for want
-/// of others (a target in two pictures only) are neither.
+/// Counts the observations that an adjustment uses and rejects. Excludes those that cannot be used
+/// for want of others (a target in two pictures only).
 class RejectionTally {
  public:
   /// @param owners  what may be wrong as a whole, in people's words: {"picture 7.jpg", "target 3"}.
   void Add(std::initializer_list<std::string> owners, bool rejected);
 
-  /// Outliers are kMostRejected of the observations, and besides one picture, target or constraint
-  /// as a whole: the one with most of the rejected.
+  /// Accepts kMostRejected of the observations as outliers, plus one picture, target or constraint
+  /// as a whole: the one with most rejections.
   [[nodiscard]] AdjustmentCheck Check(int redundancy) const;
 
  private:

@@ -26,7 +26,7 @@ TEST(Rejection, OfUpToATwentiethOfTheObservationsIsThatOfOutliers) {
     const auto check =
         CheckOf(20, 20, [&](int p, int t) { return 20 * ((p + t) % 20) + p < rejected; });
     EXPECT_EQ(check.rejected, rejected);
-    const int of_one = (rejected + 19) / 20;  // of the target or picture with most
+    const int of_one = (rejected + 19) / 20;  // rejected at the worst target or picture
     EXPECT_EQ(check.contradiction.empty(), rejected - of_one <= 20) << rejected;
   }
 }

@@ -1,4 +1,4 @@
-// The first of the three kinds of error: the world failed (a file, a device, a setting).
+// The first of the three kinds of error: an external failure (a file, a device, a setting).
 #pragma once
 
 #include <string>
@@ -8,7 +8,7 @@
 
 namespace trammel {
 
-/// What failed in the world. Decides the exit code of the command line.
+/// Kind of an external failure; decides the exit code of the command line.
 enum class ErrorKind {
   kInput,        ///< A file, a setting or an argument: exit 1.
   kMeasurement,  ///< The recording does not hold what its description promises: exit 2.
@@ -17,14 +17,14 @@ enum class ErrorKind {
   kInterrupted,  ///< The user stopped it: exit 130.
 };
 
-/// A message that says what was tried, what came back, and what to do about it.
+/// Message with the attempt, the cause and the remedy.
 struct Error {
   ErrorKind kind = ErrorKind::kInput;
   std::string message;
 };
 
-/// A value, or why the world did not give one. A measurement that cannot be trusted is not an
-/// error but a verdict (base/measured.h); a bug is a failed TRAMMEL_CHECK (base/check.h).
+/// Value, or the external cause of its absence. An untrustworthy measurement is not an error but a
+/// verdict (base/measured.h); a bug is a failed TRAMMEL_CHECK (base/check.h).
 template <class T>
 using Result = tl::expected<T, Error>;
 
@@ -34,7 +34,7 @@ using Result = tl::expected<T, Error>;
   return tl::unexpected<Error>(Error{kind, std::move(message)});
 }
 
-/// Takes the value out of an expected one; for TRY.
+/// Moves the value out of a result; for TRY.
 template <class T, class E>
 T ValueOf([[maybe_unused]] tl::expected<T, E>&& result) {
   if constexpr (!std::is_void_v<T>) return *std::move(result);
@@ -42,8 +42,8 @@ T ValueOf([[maybe_unused]] tl::expected<T, E>&& result) {
 
 }  // namespace trammel
 
-/// Takes the value of an expression of type Result, or returns its error from the function:
-/// `const Page page = TRY(ReadPage(path));`. Known to g++ and clang as a statement expression.
+/// Returns the value of an expression of type Result, or returns its error from the function:
+/// `const Page page = TRY(ReadPage(path));`. Uses a statement expression of g++ and clang.
 #define TRY(...)                                                \
   __extension__({                                               \
     auto trammel_result = (__VA_ARGS__);                        \

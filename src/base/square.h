@@ -1,4 +1,4 @@
-// The square of a number, said once.
+// Square of a number.
 #pragma once
 
 namespace trammel {

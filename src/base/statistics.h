@@ -6,40 +6,41 @@
 
 namespace trammel {
 
-/// Half of the 95 % interval of a normal distribution, in standard uncertainties.
+/// Half-width of the 95 % interval of a normal distribution, in standard uncertainties.
 inline constexpr double kNormal95 = 1.959964;
 
-/// REQUIRES a non-empty sample. Even counts: the mean of the middle two.
+/// Returns the median; for even counts the mean of the middle two. REQUIRES a non-empty sample.
 [[nodiscard]] double Median(std::span<const double> sample);
 
-/// Standard deviation from the median absolute deviation (factor 1.4826: consistent for a normal
-/// distribution). 0 for fewer than two values.
+/// Returns the standard deviation estimated from the median absolute deviation (factor 1.4826:
+/// consistent for a normal distribution). 0 for fewer than two values.
 [[nodiscard]] double RobustStandardDeviation(std::span<const double> sample);
 
 [[nodiscard]] double Mean(std::span<const double> sample);
 
-/// With n - 1 in the denominator; 0 for fewer than two values.
+/// Computes the deviation with n - 1 in the denominator; 0 for fewer than two values.
 [[nodiscard]] double StandardDeviation(std::span<const double> sample);
 
-/// Quantile by linear interpolation between order statistics. REQUIRES 0 <= probability <= 1.
+/// Returns the quantile by linear interpolation between order statistics. REQUIRES 0 <= probability
+/// <= 1.
 [[nodiscard]] double Quantile(std::span<const double> sample, double probability);
 
-/// ln |Γ(x)|. std::lgamma also writes the sign to a variable that all threads share.
+/// Returns ln |Γ(x)|. std::lgamma also writes the sign to a variable that all threads share.
 [[nodiscard]] double LogGamma(double x);
 
-/// The magnitude that |t| of Student's distribution exceeds with this probability.
+/// Returns the magnitude that |t| of Student's distribution exceeds with this probability.
 /// REQUIRES 0 < probability < 1, freedom > 0 (need not be whole: Welch-Satterthwaite).
 [[nodiscard]] double StudentPoint(double probability, double freedom);
 
-/// The two-sided 95 % point of Student's t. REQUIRES degrees_of_freedom > 0.
+/// Returns the two-sided 95 % point of Student's t. REQUIRES degrees_of_freedom > 0.
 [[nodiscard]] double StudentT95(double degrees_of_freedom);
 
-/// Probability that chi-square with `freedom` degrees exceeds the value (of what is not above 0,
-/// and without a degree of freedom: 1).
+/// Returns the probability that chi-square with `freedom` degrees exceeds the value; 1 for a value
+/// <= 0 or without a degree of freedom.
 [[nodiscard]] double ChiSquareTail(double value, int freedom);
 
-/// The value that chi-square stays below with this probability. REQUIRES 0 < probability < 1 and
-/// freedom > 0.
+/// Returns the value below which chi-square is with this probability. REQUIRES 0 < probability < 1
+/// and freedom > 0.
 [[nodiscard]] double ChiSquareQuantile(double probability, int freedom);
 
 }  // namespace trammel

@@ -24,7 +24,7 @@ namespace trammel {
   return upper;
 }
 
-/// Cuts blanks, tabs and line ends off both ends.
+/// Removes blanks, tabs and line ends from both ends.
 [[nodiscard]] inline std::string_view Trimmed(std::string_view text) {
   constexpr std::string_view kBlanks = " \t\r\n\f\v";
   const std::size_t begin = text.find_first_not_of(kBlanks);

@@ -15,10 +15,10 @@ namespace trammel {
 namespace {
 
 constexpr int kNice = -10;
-constexpr double kMostShare = 0.5;  // of a processor; raw pictures of 720 lines take a sixth
+constexpr double kMostShare = 0.5;  // share of a processor; raw 720-line pictures take a sixth
 constexpr double kLookEvery_s = 1;
 
-// Linux keeps a nice value for each thread, and takes a thread's number for a process's.
+// On Linux each thread has a nice value, set through its thread number.
 id_t ThisThread() { return static_cast<id_t>(syscall(SYS_gettid)); }
 
 double WorkedSoFar_s() {

@@ -1,4 +1,4 @@
-// A place before other threads, for those whose only work is to be on time.
+// Raises or lowers the priority of threads, for those whose only work is timing.
 #pragma once
 
 #include <string>
@@ -12,23 +12,23 @@ enum class ThreadUrgency {
   kWorking,   ///< has much to do, and has to keep pace with the world
 };
 
-/// How a thread is scheduled.
+/// Scheduling of a thread.
 struct ThreadPriority {
   bool raised = false;
   std::string text;  ///< "round robin", "nice -10", or why it is as usual and what allows more
 };
 
-/// Raises the calling thread, and it alone: to the lowest of the real-time priorities where it
-/// fetches, else, or where that is not allowed, to nice -10.
+/// Raises only the calling thread: one that fetches to the lowest real-time priority; otherwise, or
+/// where that is not allowed, to nice -10.
 ThreadPriority RaiseThisThread(ThreadUrgency urgency);
 
-/// Takes a raised priority back from a thread that works instead of sleeping, so that it never
-/// keeps a computer that also prints from its work: a camera that floods it with pictures.
+/// Revokes the raised priority of a thread that computes instead of sleeping, such as one flooded
+/// with pictures by a camera. It must not block a computer that also prints.
 class PriorityWatch {
  public:
-  /// To be called now and then by the thread that was raised.
-  /// @param now_s  a clock that does not go back.
-  /// @returns how it is scheduled from now on.
+  /// Checks the scheduling; to be called now and then by the raised thread.
+  /// @param now_s  a monotonic clock.
+  /// @returns the scheduling from now on.
   const ThreadPriority& Look(double now_s);
   explicit PriorityWatch(ThreadPriority priority) : priority_(std::move(priority)) {}
 

@@ -20,9 +20,9 @@ bool SpeaksOfSecrets(std::string_view name) {
                      [&](std::string_view word) { return lower.find(word) != std::string::npos; });
 }
 
-// Where the user and the password end that stand before the host: the place of their @, or npos.
-// A password may hold by mistake what ends one (a slash, a question mark, another @): in doubt too
-// much is taken for it. Text without a scheme counts where it reads user:password@….
+// Finds the end of user and password before the host: the position of their @, or npos. A password
+// may contain its own terminator by mistake (a slash, a question mark, another @): in doubt too
+// much counts as password. Text without a scheme counts if it matches user:password@….
 std::size_t EndOfUser(std::string_view address) {
   constexpr std::string_view kBeginsHost = "://";
   constexpr std::string_view kEndsHost = "/?#";
@@ -74,7 +74,7 @@ std::string HideOnce(std::string_view address) {
 
 std::string WithoutSecrets(std::string_view address) {
   std::string shown = HideOnce(address);
-  // What follows a password that is left out may read as another.
+  // The text after a removed password may match as another password.
   for (std::string next = HideOnce(shown); next != shown; next = HideOnce(shown)) {
     shown = std::move(next);
   }

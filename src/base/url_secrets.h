@@ -1,4 +1,4 @@
-// Addresses as they may be shown and kept: without what opens doors.
+// Removes secrets from addresses, so that they may be shown and stored.
 #pragma once
 
 #include <string>
@@ -6,9 +6,9 @@
 
 namespace trammel {
 
-/// The address with user and password (http://user:password@host, also without its scheme) and the
-/// values of query fields whose names speak of secrets (token, key, password, …) replaced by an
-/// ellipsis. In doubt where a password ends, more is left out. Takes any text.
+/// Returns the address with user and password (http://user:password@host, also without its scheme)
+/// and the values of secret query fields (token, key, password, …) replaced by an ellipsis. If the
+/// end of a password is ambiguous, removes more. Accepts any text.
 [[nodiscard]] std::string WithoutSecrets(std::string_view address);
 
 }  // namespace trammel

@@ -10,8 +10,8 @@ namespace {
 
 constexpr std::string_view kReplacement = "\xEF\xBF\xBD";
 
-/// Bytes of the well-formed sequence at the start of the text; 0 where there is none
-/// (The Unicode Standard 15, table 3-7).
+/// Returns the length in bytes of the well-formed sequence at the start of the text; 0 if there is
+/// none (The Unicode Standard 15, table 3-7).
 std::size_t SequenceLength(std::string_view text) {
   const auto byte = [&](std::size_t i) {
     return i < text.size() ? static_cast<std::uint8_t>(text[i]) : std::uint8_t{0};
@@ -42,7 +42,7 @@ bool IsControl(char c) {
   return (byte < 0x20 && c != '\n' && c != '\t') || byte == 0x7F;
 }
 
-/// The character that a well-formed sequence stands for.
+/// Returns the code point of a well-formed sequence.
 std::uint32_t CodePoint(std::string_view sequence) {
   const auto byte = [&](std::size_t i) { return static_cast<std::uint8_t>(sequence[i]); };
   if (sequence.size() == 1) return byte(0);
@@ -90,7 +90,7 @@ std::string FromUtf16(std::string_view bytes, bool low_first) {
   return text;
 }
 
-/// What a terminal may obey, or shows in another place than it stands.
+/// True if a terminal may execute the code, or display it elsewhere.
 bool ObeyedByTerminals(std::uint32_t code) {
   const auto within = [&](std::uint32_t lo, std::uint32_t hi) { return code >= lo && code <= hi; };
   if (code == '\n' || code == '\t') return false;

@@ -1,4 +1,4 @@
-// Text from outside, made fit to be kept, drawn and shown.
+// Sanitises text from outside for storage, drawing and display.
 #pragma once
 
 #include <cstddef>
@@ -7,24 +7,24 @@
 
 namespace trammel {
 
-/// The text with every byte that is not part of valid UTF-8, and every control character but line
-/// feed and tab, replaced by U+FFFD: for text where it enters.
+/// Replaces every byte that is not part of valid UTF-8, and every control character except line
+/// feed and tab, by U+FFFD: for incoming text.
 [[nodiscard]] std::string Utf8OrReplaced(std::string_view text);
 
-/// The same, cut behind a whole character, with an ellipsis, where it is longer than `most_bytes`.
+/// Does the same, and cuts text longer than `most_bytes` after a whole character, with an ellipsis.
 [[nodiscard]] std::string Utf8OrReplaced(std::string_view text, std::size_t most_bytes);
 
-/// The text with control characters (all but line feed and tab), line separators and characters
-/// that turn the direction of writing shown as \uXXXX, which a terminal does not obey and JSON
-/// reads as the same character; bytes that are not UTF-8 become U+FFFD: for text where it leaves.
+/// Escapes control characters (except line feed and tab), line separators and characters that
+/// change the writing direction as \uXXXX: a terminal does not obey them and JSON reads the same
+/// character. Bytes that are not UTF-8 become U+FFFD. For outgoing text.
 [[nodiscard]] std::string EscapedForTerminal(std::string_view text);
 
-/// A text file's bytes as UTF-8: UTF-16 of either byte order, which its mark at the begin tells
-/// (spreadsheets' "Unicode text"), is converted, half a character becomes U+FFFD, and the mark of
-/// UTF-8 is taken off. Other bytes stay as they are.
+/// Converts a text file's bytes to UTF-8: UTF-16 of either byte order, recognised by its byte order
+/// mark (spreadsheets' "Unicode text"), is converted, half a character becomes U+FFFD, and UTF-8's
+/// mark is removed. Other bytes are unchanged.
 [[nodiscard]] std::string Utf8OfFile(std::string bytes);
 
-/// Bytes at the end of the text that begin a character and do not complete it; up to three.
+/// Returns the number of bytes of an incomplete character at the end of the text; at most three.
 [[nodiscard]] std::size_t IncompleteUtf8(std::string_view text);
 
 }  // namespace trammel

@@ -19,7 +19,7 @@ struct Row {
   TextStyle style;
 };
 
-// Breaks a text at its blanks; a word that is wider than the picture gets smaller letters later.
+// Breaks a text at its blanks; a word wider than the picture is reduced later.
 std::vector<std::string> Wrapped(const Canvas& canvas, const std::string& text,
                                  const TextStyle& style, double most_px, std::size_t most_lines) {
   std::vector<std::string> lines = {""};

@@ -1,4 +1,4 @@
-// Cairo's objects as they are owned, and the bytes that it writes.
+// Owning handles of Cairo's objects, and the bytes that it writes.
 #pragma once
 
 #include <cairo.h>
@@ -18,8 +18,8 @@ struct ContextDeleter {
 using Surface = std::unique_ptr<cairo_surface_t, SurfaceDeleter>;
 using Context = std::unique_ptr<cairo_t, ContextDeleter>;
 
-/// Appends what Cairo writes to the std::string behind `closure`: a cairo_write_func_t, through
-/// which nothing can be thrown.
+/// Appends Cairo's output to the std::string behind `closure`: a cairo_write_func_t, which must not
+/// throw.
 inline cairo_status_t AppendBytes(void* closure, const unsigned char* data,
                                   unsigned int length) noexcept {
   try {

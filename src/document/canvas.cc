@@ -67,8 +67,8 @@ std::string DarkPaletteStyle() {
 
 Color MapColor(double fraction) {
   const double t = std::isfinite(fraction) ? std::clamp(fraction, 0.0, 1.0) : 0.0;
-  // A path through Lab: hue from violet over blue and green to yellow. The chroma stays just below
-  // what sRGB can show, which is least for the blue-greens.
+  // Path through Lab: hue from violet over blue and green to yellow. The chroma is just below the
+  // limit of sRGB, which is lowest for the blue-greens.
   const double hue_rad = 5.30 - 3.60 * t;
   const double chroma = 25 + 130 * (t - 0.35) * (t - 0.35);
   const double lightness = 14 + 76 * t;
@@ -98,7 +98,7 @@ void SetColor(cairo_t* context, const Color& color) {
   cairo_set_source_rgba(context, color.red, color.green, color.blue, color.alpha);
 }
 
-/// Hinting would make letters depend on the position and on the machine's settings.
+/// Disables hinting, which would make letters depend on the position and on the machine's settings.
 void FixFontRendering(cairo_t* context) {
   const std::unique_ptr<cairo_font_options_t, FontOptionsDeleter> options(
       cairo_font_options_create());
@@ -126,8 +126,8 @@ Surface SurfaceOf(const BgrView& image) {
   return surface;
 }
 
-/// Encodes as PNG by the image room: Cairo's own writer packs at zlib's level 6, which for a photo
-/// takes longer than all else.
+/// Encodes PNG by the module image: Cairo's own writer uses zlib's level 6, which for a photo takes
+/// longer than all else.
 std::string PngOf(cairo_surface_t* surface) {
   cairo_surface_flush(surface);
   image::PngForm form;
@@ -368,7 +368,7 @@ std::string Canvas::StackedPng(std::span<const Canvas* const> drawings, double s
                                                  static_cast<int>(std::ceil(width_px * scale)),
                                                  static_cast<int>(std::ceil(height_px * scale))));
   const Context context(cairo_create(image.get()));
-  cairo_set_source_rgb(context.get(), 1, 1, 1);  // what the last row has beyond the drawings
+  cairo_set_source_rgb(context.get(), 1, 1, 1);  // remainder of the last pixel row
   cairo_paint(context.get());
   cairo_scale(context.get(), scale, scale);
   double top_px = 0;

@@ -1,4 +1,4 @@
-// Colours, and a canvas that draws them to PNG, SVG and PDF.
+// Colours, and a canvas with output to PNG, SVG and PDF.
 #pragma once
 
 #include <array>
@@ -35,21 +35,21 @@ inline constexpr Color kInk = Rgb(0x1d2430);
 inline constexpr Color kMuted = Rgb(0x5a6472);
 inline constexpr Color kGrid = Rgb(0xe3e7ec);
 inline constexpr Color kPaper = Rgb(0xffffff);
-inline constexpr Color kUnseen = Rgb(0xd9dce1);  ///< where nothing was measured
+inline constexpr Color kUnseen = Rgb(0xd9dce1);  ///< areas without measurements
 
-// Told apart by every common form of colour blindness, and in grey by their lightness (50, 67, 80):
-// after Okabe & Ito, Color Universal Design (2008).
+// Distinguishable with every common form of colour blindness, and in grey by their lightness (50,
+// 67, 80): after Okabe & Ito, Color Universal Design (2008).
 inline constexpr Color kBlue = Rgb(0x0a5fa5);
 inline constexpr Color kVermilion = Rgb(0xd9631e);
 inline constexpr Color kSky = Rgb(0x56b4e9);
 inline constexpr Color kGreen = Rgb(0x00734f);
 inline constexpr Color kGrey = Rgb(0x8a94a3);
 
-/// Letters on a map's colours: the same by day and night.
+/// Colours of letters on a map's colours: the same in light and dark mode.
 inline constexpr Color kOnLight = Rgb(0x11161d);
 inline constexpr Color kOnDark = Rgb(0xfcfdfe);
 
-/// A colour of the palette, and what stands for it on a dark card.
+/// Colour of the palette, and its replacement on a dark card.
 struct PaletteColor {
   Color light;
   Color dark;
@@ -69,18 +69,18 @@ inline constexpr std::array<PaletteColor, 10> kPalette = {{{kInk, Rgb(0xe8ecf1)}
 /// "#1d2430", without the alpha.
 [[nodiscard]] std::string HexText(const Color& color);
 
-/// Rules that turn the palette's colours in inline SVG for a dark card; pictures and the colours of
-/// maps stay.
+/// Returns CSS rules that replace the palette's colours in inline SVG for a dark card; pictures and
+/// map colours are unchanged.
 [[nodiscard]] std::string DarkPaletteStyle();
 
-/// From dark violet to light yellow, with lightness (CIE L*) rising evenly, so that equal steps
-/// look equal and a grey copy says the same. @param fraction  clamped to 0 … 1; NaN gives 0.
+/// Returns a colour from dark violet to light yellow. Its lightness (CIE L*) rises evenly: equal
+/// steps look equal, also in a grey copy. @param fraction  clamped to 0 … 1; NaN gives 0.
 [[nodiscard]] Color MapColor(double fraction);
 
-/// CIE 1976 lightness of an opaque colour, 0 … 100.
+/// Returns the CIE 1976 lightness of an opaque colour, 0 … 100.
 [[nodiscard]] double Lightness(const Color& color);
 
-/// On a canvas: x right, y down, (0, 0) its upper left corner, in px of a page at scale 1.
+/// Point on a canvas: x right, y down, (0, 0) its upper left corner, in px of a page at scale 1.
 struct PointPx {
   double x = 0;
   double y = 0;
@@ -103,13 +103,13 @@ struct Stroke {
   bool round_ends = false;           ///< half a width beyond the end points
 };
 
-/// How an SVG keeps a picture: each pixel as it is, or as a JPEG.
+/// Encoding of a picture in an SVG: exact pixels or JPEG.
 enum class Pixels { kExact, kPhoto };
 
-/// How finely an SVG keeps its photos.
+/// Resolution and quality of the photos in an SVG.
 struct PhotoDetail {
   double density = 1.5;  ///< most pixels per px of the canvas, (0, 1.5]
-  int quality = 75;      ///< of the JPEG, 1 … 100
+  int quality = 75;      ///< JPEG quality, 1 … 100
 };
 
 enum class Align { kStart, kMiddle, kEnd };
@@ -122,12 +122,12 @@ struct TextStyle {
   double angle_rad = 0;  ///< clockwise
 };
 
-/// Strokes are kept and replayed, so that both formats show the same. Equal drawings give equal
-/// bytes. Points that are not finite are left out. Set in DejaVu Sans; text from outside may hold
-/// any bytes (Utf8OrReplaced). Not thread-safe.
+/// Records strokes and replays them, so that both formats look the same. Equal drawings give equal
+/// bytes. Omits points that are not finite. Font: DejaVu Sans; text from outside may contain any
+/// bytes (Utf8OrReplaced). Not thread-safe.
 class Canvas {
  public:
-  /// White. REQUIRES 0 < width_px, height_px <= 8192.
+  /// Creates a white canvas. REQUIRES 0 < width_px, height_px <= 8192.
   Canvas(double width_px, double height_px);
   ~Canvas();
   Canvas(Canvas&&) noexcept;
@@ -138,9 +138,9 @@ class Canvas {
 
   void FillRect(const RectPx& rect, const Color& fill);
   void StrokeRect(const RectPx& rect, const Stroke& stroke);
-  /// A point that is not finite breaks the line there.
+  /// Draws a line, broken at points that are not finite.
   void Polyline(std::span<const PointPx> points, const Stroke& stroke);
-  /// Also strokes its edge where asked. Drawn only if all its points are finite.
+  /// Fills a polygon and strokes its edge, if given. Draws nothing unless all points are finite.
   void Polygon(std::span<const PointPx> points, const Color& fill,
                const std::optional<Stroke>& edge = std::nullopt);
   void Circle(const PointPx& centre, double radius_px, const std::optional<Color>& fill,
@@ -148,22 +148,23 @@ class Canvas {
   /// `at` is on the baseline.
   void Text(const PointPx& at, std::string_view text, const TextStyle& style);
   [[nodiscard]] double TextWidth(std::string_view text, const TextStyle& style) const;
-  /// Fills `to` with the picture: enlarged pixels stay squares, reduced ones are averaged.
+  /// Scales the picture into `to`: enlarged pixels remain squares, reduced ones are averaged.
   void Image(const BgrView& image, const RectPx& to, Pixels pixels = Pixels::kExact);
 
-  /// Drawing stays within `rect` until Unclip().
+  /// Clips drawing to `rect` until Unclip().
   void Clip(const RectPx& rect);
   void Unclip();
 
   /// @param scale  px of the picture per px of the canvas, (0, 4].
   [[nodiscard]] std::string ToPng(double scale = 2) const;
-  /// One picture of several drawings above each other, as wide as the widest. REQUIRES at least
-  /// one.
+  /// Returns one picture of several drawings below each other, as wide as the widest. REQUIRES at
+  /// least one.
   [[nodiscard]] static std::string StackedPng(std::span<const Canvas* const> drawings,
                                               double scale = 2);
   [[nodiscard]] std::string ToSvg() const;
-  /// For an HTML page, whose style turns the palette for the dark (DarkPaletteStyle).
-  /// @param label  what is seen, for those who do not see it.
+  /// Returns an element for an HTML page, whose style changes the palette in dark mode
+  /// (DarkPaletteStyle).
+  /// @param label  description for blind readers.
   [[nodiscard]] std::string ToSvgElement(std::string_view label,
                                          const PhotoDetail& detail = {}) const;
 

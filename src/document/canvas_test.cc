@@ -103,7 +103,7 @@ TEST(MapColor, LightnessRisesEvenlySoThatAGreyCopySaysTheSame) {
   constexpr int kSteps = 64;
   constexpr double kFirst = 14;
   constexpr double kLast = 90;
-  constexpr double kTolerance = 0.6;  // of 100; rounding in the published sRGB matrix
+  constexpr double kTolerance = 0.6;  // lightness of 100; rounding in the published sRGB matrix
   for (int i = 0; i <= kSteps; ++i) {
     const double t = static_cast<double>(i) / kSteps;
     EXPECT_NEAR(Lightness(MapColor(t)), kFirst + (kLast - kFirst) * t, kTolerance) << t;
@@ -113,7 +113,7 @@ TEST(MapColor, LightnessRisesEvenlySoThatAGreyCopySaysTheSame) {
 }
 
 TEST(Palette, ColoursDifferInGreyByAtLeastTwelve) {
-  constexpr double kLeast = 12;  // of 100: about the lightness step between two greys of a legend
+  constexpr double kLeast = 12;  // lightness of 100: about the step between two greys of a legend
   EXPECT_GT(Lightness(kVermilion) - Lightness(kBlue), kLeast);
   EXPECT_GT(Lightness(kSky) - Lightness(kVermilion), kLeast);
 }

@@ -1,4 +1,4 @@
-// Words for a value and its 95 % interval: the same on every screen and page.
+// Text of a value and its 95 % interval: the same on every screen and page.
 #pragma once
 
 #include <span>
@@ -11,10 +11,10 @@ namespace trammel::report {
 
 inline constexpr double kUmPerMm = 1000;
 
-/// How a quantity is written.
+/// Format of a quantity.
 struct IntervalStyle {
   std::string unit = {};   ///< none: a bare number
-  double scale = 1;        ///< of the unit shown, per unit of the quantity
+  double scale = 1;        ///< displayed units per unit of the quantity
   int least_decimals = 4;  ///< more where half of the interval has less than two digits in them
   bool signs = false;      ///< a + before what is positive
 };
@@ -41,8 +41,8 @@ struct IntervalStyle {
 [[nodiscard]] std::string WithinText(std::span<const double> half_widths95,
                                      const IntervalStyle& style);
 
-/// From a normal distribution with this standard uncertainty (k = 1), where nothing better is
-/// known of its form.
+/// Computes the interval of a normal distribution with this standard uncertainty (k = 1), if
+/// nothing better is known.
 [[nodiscard]] Interval NormalInterval95(double value, double standard_uncertainty);
 
 inline const IntervalStyle kPerMille{.unit = "mm/m", .scale = 1000};

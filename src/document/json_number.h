@@ -1,4 +1,4 @@
-// Numbers in JSON, which knows neither NaN nor infinity.
+// Numbers in JSON, which has neither NaN nor infinity.
 #pragma once
 
 #include <cmath>
@@ -7,12 +7,12 @@
 
 namespace trammel::report {
 
-/// null where the value is not finite.
+/// Returns null if the value is not finite.
 [[nodiscard]] inline nlohmann::ordered_json Number(double value) {
   return std::isfinite(value) ? nlohmann::ordered_json(value) : nlohmann::ordered_json(nullptr);
 }
 
-/// null where there is no value, too.
+/// Returns null if the value is absent or not finite.
 [[nodiscard]] inline nlohmann::ordered_json Number(const std::optional<double>& value) {
   return value ? Number(*value) : nlohmann::ordered_json(nullptr);
 }

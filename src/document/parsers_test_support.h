@@ -7,8 +7,8 @@
 
 namespace trammel::report::test {
 
-/// Why the text is no well-formed XML (elements that do not close, loose < or &, bytes that are not
-/// UTF-8); empty where it is. HTML's void elements must be closed too.
+/// Returns why the text is not well-formed XML (unclosed elements, loose < or &, bytes that are not
+/// UTF-8); empty if it is. HTML's void elements must be closed too.
 [[nodiscard]] std::string XmlProblem(std::string_view text);
 
 struct PictureSize {

@@ -59,7 +59,7 @@ Range RangeOf(std::span<const double> values) {
       any = true;
     }
   }
-  // Narrower than this, neighbouring ticks could not be told apart in double precision.
+  // Below this width, neighbouring ticks would be equal in double precision.
   const double least = 1e-6 * std::max({std::abs(range.lo), std::abs(range.hi), 1e-6});
   if (range.hi - range.lo < least) {
     const double half = std::max(0.05 * std::abs(range.lo), least);
@@ -148,7 +148,7 @@ Plot Plot::Around(Canvas& canvas, const RectPx& inner, const Axis& x, const Axis
 }
 
 void Plot::Draw(const Axis& x, const Axis& y, const std::string& title) {
-  // A title never runs into what stands beside the plot.
+  // Limits the title's width, so that it does not overlap the plot's neighbours.
   TextStyle style{.size_px = kTitleTextPx, .bold = true};
   const double width = canvas_->TextWidth(title, style);
   if (width > inner_.width) style.size_px *= std::max(0.5, inner_.width / width);
@@ -352,7 +352,7 @@ double DrawLegend(Canvas& canvas, const PointPx& at, double max_width_px,
   constexpr double kAfterEntryPx = 18;
   PointPx cursor = at;
   for (const LegendEntry& entry : entries) {
-    // A name longer than a row is set smaller, not cut off.
+    // Reduces a name longer than a row instead of truncating it.
     const TextStyle style = Fitted(canvas, entry.name, {.size_px = kTickTextPx},
                                    max_width_px - kMarkWidthPx - kAfterMarkPx);
     const double width = kMarkWidthPx + kAfterMarkPx + canvas.TextWidth(entry.name, style);
@@ -423,7 +423,7 @@ double DrawScaleKey(Canvas& canvas, const PointPx& at, double px_per_unit, doubl
                     const std::string& unit, const Stroke& stroke) {
   constexpr double kTextPx = 12;
   constexpr double kEndPx = 4;   // half of the bar's end strokes
-  constexpr double kRisePx = 4;  // of the bar above the baseline
+  constexpr double kRisePx = 4;  // height of the bar above the baseline
   constexpr double kGapPx = 6;
   const double value = RoundedDown(most_px / px_per_unit);
   const double right = at.x + value * px_per_unit;

@@ -62,7 +62,7 @@ void SvgPath::Dot(const PointPx& point) {
 
 namespace {
 
-/// Source pixels that one of `target` pixels covers.
+/// Returns the source pixels covered by one of `target` pixels.
 std::pair<int, int> Covered(int i, int target, int source) {
   const auto first = static_cast<int>(std::int64_t{i} * source / target);
   const auto last = static_cast<int>((std::int64_t{i} + 1) * source / target);
@@ -97,7 +97,7 @@ Frame Reduced(const BgrView& image, double most_width, double most_height) {
 
 namespace {
 
-/// To a hundredth, without zeros at the end; never "-0".
+/// Formats to a hundredth, without final zeros; never "-0".
 std::string Number(double value) {
   std::string text = fmt::format("{:.2f}", value);
   while (text.back() == '0') text.pop_back();
@@ -105,14 +105,14 @@ std::string Number(double value) {
   return text == "-0" ? "0" : text;
 }
 
-/// fill="#1d2430", with its opacity where it is not opaque.
+/// Returns fill="#1d2430", with its opacity if it is not opaque.
 std::string Paint(std::string_view attribute, const Color& color) {
   std::string text = fmt::format("{}=\"{}\"", attribute, HexText(color));
   if (color.alpha < 1) text += fmt::format(" {}-opacity=\"{}\"", attribute, Number(color.alpha));
   return text;
 }
 
-/// A photo or scan as JPEG: a fifth of what the same pixels take as PNG.
+/// Encodes a photo or scan as JPEG: a fifth of the same pixels' PNG.
 std::string JpegOf(const BgrView& picture, int quality) {
   std::vector<std::uint8_t> bytes;
   const PageView pixels{picture.data, picture.width, picture.height, 3, picture.stride};
@@ -205,7 +205,7 @@ void SvgWriter::EndPath(const std::optional<Color>& fill, const std::optional<St
 void SvgWriter::Circle(const PointPx& centre, double radius_px, const std::optional<Color>& fill,
                        const std::optional<Stroke>& edge) {
   if (fill && !edge) {
-    // A line without length and with round ends is a disc.
+    // A line of zero length with round ends is a disc.
     const Stroke disc{.color = *fill, .width_px = 2 * radius_px, .round_ends = true};
     const std::string style = Style(std::nullopt, disc);
     if (style != dots_style_) FlushDots();
@@ -250,7 +250,7 @@ void SvgWriter::Photo(const RectPx& to, Frame picture) {
 
 void SvgWriter::Clip(const RectPx& rect) {
   FlushDots();
-  // An inner drawing clips without an id, which would have to be unique on a page.
+  // Clips by an inner drawing, which needs no id; ids would have to be unique on a page.
   body_ += fmt::format("<svg {} viewBox=\"{} {} {} {}\" preserveAspectRatio=\"none\">\n", Box(rect),
                        Number(rect.x), Number(rect.y), Number(rect.width), Number(rect.height));
 }
@@ -297,7 +297,8 @@ namespace {
 bool IsLetter(char c) { return c >= 'a' && c <= 'z'; }
 bool IsNumberPart(char c) { return (c >= '0' && c <= '9') || c == '-'; }
 
-/// Length of `letters[-digits…]` at the start of the text; 0 where it does not end in a number.
+/// Returns the length of `letters[-digits…]` at the start of the text; 0 if it does not end in a
+/// number.
 std::size_t IdLength(std::string_view text, std::size_t& letters) {
   letters = 0;
   while (letters < text.size() && IsLetter(text[letters])) {

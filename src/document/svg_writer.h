@@ -1,4 +1,4 @@
-// Writes SVG: paths, shared ids, pictures within it.
+// Writes SVG: paths, shared ids, embedded pictures.
 #pragma once
 
 #include <cstddef>
@@ -14,16 +14,15 @@
 
 namespace trammel::report {
 
-/// Writes places to a tenth of a px, which is finer than a screen shows, those along a line by
-/// their distance from the one before: half of the letters. Points must be finite and within 1e9
-/// px.
+/// Writes coordinates to a tenth of a px, finer than a screen shows, along a line relative to the
+/// previous point: half of the characters. Points must be finite and within 1e9 px.
 class SvgPath {
  public:
   void MoveTo(const PointPx& point);
-  /// REQUIRES a MoveTo before.
+  /// REQUIRES an earlier MoveTo.
   void LineTo(const PointPx& point);
   void Close() { text_ += 'z'; }
-  /// A line without length: a disc, where ends are round.
+  /// Appends a line of zero length: a disc, where ends are round.
   void Dot(const PointPx& point);
 
   [[nodiscard]] bool empty() const { return text_.empty(); }
@@ -45,34 +44,34 @@ class SvgPath {
 /// Not thread-safe. Points must be finite.
 class SvgWriter {
  public:
-  /// Appends to one path, a new part of it after each break.
+  /// Starts a path; each break begins a new part of it.
   void BeginPath();
   void MoveTo(const PointPx& point);
   void LineTo(const PointPx& point);
   void ClosePath();
   void EndPath(const std::optional<Color>& fill, const std::optional<Stroke>& stroke);
 
-  /// Equal filled discs in a row become one path.
+  /// Merges equal filled discs in a row into one path.
   void Circle(const PointPx& centre, double radius_px, const std::optional<Color>& fill,
               const std::optional<Stroke>& edge);
   /// @param width_px  that the text has on the canvas: kept where the browser's letters differ.
   void Text(const PointPx& at, std::string_view text, const TextStyle& style, double width_px);
   /// @param bytes  of a file of this type: "png", "jpeg".
   void Image(const RectPx& to, std::string_view type, std::string_view bytes, bool enlarged);
-  /// Keeps the pixels until the drawing is written: only then is it known how finely.
+  /// Stores the pixels until the drawing is written, when the resolution is known.
   void Photo(const RectPx& to, Frame picture);
   void Clip(const RectPx& rect);
   void Unclip();
 
-  /// A file of its own, its photos in full detail.
+  /// Returns a separate file, its photos in full detail.
   [[nodiscard]] std::string File(double width_px, double height_px) const;
-  /// An element of an HTML page; `label` says what is seen to those who do not see it.
+  /// Returns an element of an HTML page; `label` is its text alternative.
   [[nodiscard]] std::string Element(double width_px, double height_px, std::string_view label,
                                     const PhotoDetail& detail) const;
 
  private:
   struct PlacedPhoto {
-    std::size_t at = 0;  ///< in the body, before which it comes
+    std::size_t at = 0;  ///< insertion offset in the body
     RectPx to;
     Frame picture;
   };
@@ -81,21 +80,21 @@ class SvgWriter {
   void FlushPoint();
 
   std::string body_;
-  std::vector<PlacedPhoto> photos_;  ///< in the body's order
+  std::vector<PlacedPhoto> photos_;  ///< in body order
   SvgPath path_;
-  PointPx last_;                    ///< of the path
+  PointPx last_;                    ///< path's last point
   std::optional<PointPx> waiting_;  ///< too near to it to be seen
-  SvgPath dots_;                    ///< of discs that are not written yet
+  SvgPath dots_;                    ///< discs not yet written
   std::string dots_style_;          ///< theirs
 };
 
+/// Renumbers every id that ends in a number in the order of first mention, with its references.
 /// Cairo numbers some elements by a counter of the whole process, so that the same drawing differs
-/// from one call to the next. Here every id that ends in a number is numbered anew in the order of
-/// its first mention, with its references.
+/// from one call to the next.
 [[nodiscard]] std::string RenumberSvgIds(std::string_view svg);
 
-/// Reduces a picture to a size in px, rounded, each pixel the mean of those that it covers; a side
-/// that is shorter than asked for stays as it is. REQUIRES a picture that is not empty.
+/// Reduces a picture to a size in px, rounded, each pixel the mean of those that it covers. A side
+/// that is already shorter is unchanged. REQUIRES a picture that is not empty.
 [[nodiscard]] Frame Reduced(const BgrView& image, double most_width, double most_height);
 
 }  // namespace trammel::report

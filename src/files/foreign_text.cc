@@ -19,7 +19,7 @@ constexpr int kDeepest = 16;
 
 bool IsSpace(char c) { return c == ' ' || c == '\t' || c == '\r' || c == '\n'; }
 
-// A word as a number where it is one.
+// Converts a word to a number, if it is one.
 json Scalar(std::string_view word) {
   std::string_view digits = word;
   if (!digits.empty() && digits.front() == '+') digits.remove_prefix(1);
@@ -30,7 +30,7 @@ json Scalar(std::string_view word) {
   return json(std::string(word));
 }
 
-// A cursor over text, which keeps the first fault.
+// Cursor over text that records the first fault.
 class Cursor {
  public:
   Cursor(std::string_view text, std::string file) : text_(text), file_(std::move(file)) {}
@@ -44,7 +44,7 @@ class Cursor {
   void SkipSpace() {
     while (!AtEnd() && IsSpace(Here())) ++at_;
   }
-  // Blanks and comments.
+  // Skips blanks and comments.
   void SkipIdle() {
     SkipSpace();
     while (Here() == '#') {
@@ -168,7 +168,7 @@ json Value(Cursor& cursor, int depth) {
 struct Line {
   std::size_t indent = 0;
   std::string_view text;   ///< without indent and comment
-  std::size_t begin = 0;   ///< of `text` in the file
+  std::size_t begin = 0;   ///< offset of `text` in the file
   std::size_t number = 0;  ///< from 1
 };
 
@@ -214,7 +214,7 @@ class Yaml {
     return nullptr;
   }
 
-  // A value in flow style that begins at `begin` and may run over several lines.
+  // Parses a value in flow style that begins at `begin` and may span several lines.
   json Flow(std::size_t begin) {
     Cursor cursor(text_.substr(begin), file_);
     json value = Value(cursor, 0);

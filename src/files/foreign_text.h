@@ -1,4 +1,4 @@
-// Values as other programs write them: Python's literals, YAML and XML of OpenCV, as JSON.
+// Converts other programs' values to JSON: Python's literals, and YAML and XML of OpenCV.
 #pragma once
 
 #include <nlohmann/json.hpp>
@@ -9,17 +9,17 @@
 
 namespace trammel::files {
 
-/// One value of braces, brackets, parentheses, quoted and bare words, with # comments and commas
-/// behind the last entry: Python's literals and YAML's flow style. Numbers become numbers, bare
-/// words text. Errors (kInput) name `file` and the line.
+/// Parses one value of braces, brackets, parentheses, quoted and bare words, with # comments and
+/// trailing commas: Python's literals and YAML's flow style. Numbers become numbers, bare words
+/// text. Errors (kInput) name `file` and the line.
 [[nodiscard]] Result<nlohmann::json> ParseLiteral(std::string_view text, const std::string& file);
 
-/// Indented `key: value` with values in flow style or as lists of lines that begin with "- ": what
-/// OpenCV and ROS write. Tags (!!opencv-matrix) are skipped. Errors as above.
+/// Parses indented `key: value` lines with values in flow style or as lists of "- " lines, as
+/// written by OpenCV and ROS. Skips tags (!!opencv-matrix). Errors as above.
 [[nodiscard]] Result<nlohmann::json> ParsePlainYaml(std::string_view text, const std::string& file);
 
-/// Nested elements without mixed content; attributes are skipped, the innermost texts stay texts,
-/// of elements of one name the first counts. Errors as above.
+/// Parses nested elements without mixed content. Skips attributes; innermost texts remain texts; of
+/// elements of one name the first counts. Errors as above.
 [[nodiscard]] Result<nlohmann::json> ParsePlainXml(std::string_view text, const std::string& file);
 
 }  // namespace trammel::files

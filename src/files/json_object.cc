@@ -25,7 +25,7 @@ std::string Show(const json& value) {
 }
 
 Result<json> ParseJson(std::string_view text, const std::string& file) {
-  // JSON would silently keep one of two values with the same key.
+  // By default JSON would silently drop one of two values with the same key.
   return ParseBoundedJson(text, file, {.most_levels = 16, .unique_keys = true, .zeros = false});
 }
 
@@ -280,7 +280,7 @@ namespace {
 
 constexpr std::size_t kLongestWord = 100;  // longer ones are no misspelling, and cost n * m
 
-/// Levenshtein's distance, one row at a time.
+/// Computes Levenshtein's distance, one row at a time.
 std::size_t Edits(std::string_view a, std::string_view b) {
   std::vector<std::size_t> row(b.size() + 1);
   std::iota(row.begin(), row.end(), std::size_t{0});

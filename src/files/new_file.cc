@@ -24,7 +24,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// What a name that is not a regular file's stands for; empty for a regular file.
+/// Returns the kind of a file that is not regular; empty for a regular file.
 std::string OddKind(mode_t mode) {
   if (S_ISDIR(mode)) return "a folder";
   if (S_ISLNK(mode)) return "a link";
@@ -39,7 +39,7 @@ tl::unexpected<Error> NotAFile(const fs::path& path, const std::string& odd) {
       fmt::format("{}: is {}, and only files are written; name another", path.string(), odd));
 }
 
-/// Closes it in the end.
+/// Owning file descriptor.
 class Descriptor {
  public:
   explicit Descriptor(int fd) : fd_(fd) {}
@@ -68,7 +68,7 @@ std::string RandomName(const std::string& name) {
   return fmt::format(".{}.{:016x}.part", name.substr(0, kMostOfName), number);
 }
 
-// Some file systems cannot bring what they hold onto a disk, and say so.
+// Syncs to disk; some file systems do not support that and return these errors.
 bool Synchronised(int fd) {
   return fsync(fd) == 0 || errno == EINVAL || errno == ENOTSUP || errno == EROFS;
 }
@@ -110,7 +110,7 @@ Result<void> NewFile::Open(Readable readable) {
   const fs::path folder = path_.has_parent_path() ? path_.parent_path() : fs::path(".");
   folder_ = open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
   if (folder_ < 0) return CannotWrite(path_, errno);
-  std::optional<mode_t> rights;  // of the file that is replaced: a secret stays one
+  std::optional<mode_t> rights;  // permissions of the replaced file: a secret stays private
   struct stat status {};
   if (fstatat(folder_, path_.filename().c_str(), &status, AT_SYMLINK_NOFOLLOW) == 0) {
     rights = status.st_mode & 0777U;
@@ -157,7 +157,7 @@ Result<void> NewFile::Write(std::string_view bytes) const {
   return {};
 }
 
-// 0, or what went wrong.
+// Returns 0, or the system's error number.
 int NewFile::TakeName() const {
   const std::string name = path_.filename().string();
   const auto rename_with = [&](unsigned flags) {
@@ -167,7 +167,7 @@ int NewFile::TakeName() const {
   if (if_there_ == IfThere::kReplace) return rename_with(0);
   const int error = rename_with(RENAME_NOREPLACE);
   if (error != EINVAL && error != ENOSYS) return error;
-  // Not every file system can do that. A second name for the file is refused likewise.
+  // Fallback for file systems without the call above. A second link to the file is also rejected.
   if (linkat(folder_, temporary_name_.c_str(), folder_, name.c_str(), 0) == 0) {
     unlinkat(folder_, temporary_name_.c_str(), 0);
     return 0;
@@ -180,7 +180,7 @@ int NewFile::TakeName() const {
 
 Result<void> NewFile::Commit() {
   if (!Synchronised(file_)) return CannotWrite(path_, errno);
-  // Something may have taken the name since.
+  // The name may have been taken since.
   TRY(CheckTarget(path_, if_there_));
   if (const int error = TakeName(); error == EEXIST)
     return ThereAlready(path_, {});
@@ -193,8 +193,8 @@ Result<void> NewFile::Commit() {
 
 namespace {
 
-// Removes the part of a line for which there was room. What another process has added since stays,
-// and the part with it: a torn line, which the next one ends.
+// Removes the part of a line that was written. If another process has appended since, its data and
+// the part remain: a truncated line, which the next one ends.
 void TakeBack(int file, off_t size, ssize_t written) {
   struct stat status {};
   if (fstat(file, &status) == 0 && status.st_size == size + written) {
@@ -235,7 +235,7 @@ namespace {
 
 constexpr std::size_t kMostHolder = 200;
 
-// Another program may have written into it: what cannot be shown is left out.
+// Returns the noted holder without unprintable bytes: another program may have written there.
 std::string HolderOf(int descriptor) {
   char noted[kMostHolder];
   const ssize_t size = ::pread(descriptor, noted, sizeof(noted), 0);
@@ -244,7 +244,7 @@ std::string HolderOf(int descriptor) {
   return holder.empty() ? "another process" : holder;
 }
 
-// Whether the path still leads to the open file, which its last holder may have removed.
+// True if the path still names the open file, which its last holder may have removed.
 bool IsAt(const std::filesystem::path& path, int descriptor) {
   struct stat open_file {};
   struct stat named {};
@@ -252,8 +252,8 @@ bool IsAt(const std::filesystem::path& path, int descriptor) {
          open_file.st_dev == named.st_dev && open_file.st_ino == named.st_ino;
 }
 
-// The owner, where it is neither this user, root nor whoever the folder belongs to: in a folder
-// where everybody may make files, such as /tmp, others can make the lock first.
+// Returns the owner if it is neither this user, root nor the folder's owner: in a shared folder
+// such as /tmp, others can create the lock first.
 std::optional<uid_t> ForeignOwner(const std::filesystem::path& path, int descriptor) {
   struct stat lock {};
   struct stat folder {};
@@ -299,7 +299,7 @@ Result<FileLock> FileLock::Take(const std::filesystem::path& path, std::string_v
       continue;
     }
     FileLock lock(path, descriptor);
-    // For messages only: a disk that is full does not make the lock any weaker.
+    // Only for messages: on a full disk the lock is valid without it.
     const std::string_view noted = holder.substr(0, kMostHolder);
     if (::ftruncate(descriptor, 0) == 0) {
       (void)!::pwrite(descriptor, noted.data(), noted.size(), 0);

@@ -1,4 +1,4 @@
-// Files written whole or not at all, and locks between processes.
+// Files written completely or not at all, and locks between processes.
 #pragma once
 
 #include <sys/types.h>
@@ -13,15 +13,15 @@
 
 namespace trammel::files {
 
-/// What becomes of a file that has the name already.
+/// Handling of an existing file of the same name.
 enum class IfThere {
   kRefuse,   ///< nobody's file is overwritten unasked
   kReplace,  ///< asked for (--force), or our own file that grows
 };
 
-/// Who may read what is written, beside its owner.
+/// Read permission for others than the file's owner.
 enum class Readable {
-  kByUmask,  ///< as the umask says
+  kByUmask,  ///< according to the umask
   kByOwner,  ///< nobody: it holds a secret
 };
 
@@ -29,20 +29,20 @@ enum class Readable {
   return force ? IfThere::kReplace : IfThere::kRefuse;
 }
 
-/// Why the system refuses to write a file, by its error number, and what to do.
+/// Returns why the system cannot write a file, by its error number, and the remedy.
 [[nodiscard]] tl::unexpected<Error> CannotWrite(const std::filesystem::path& path, int error);
 
-/// An error where the path cannot become a file: a file is there and is to stay; a folder, device,
-/// pipe, socket or link has the name, which is never written to. Names the remedy `or_else`.
+/// Returns an error if the path cannot become a file: a file exists and must not be replaced, or
+/// the name is a folder, device, pipe, socket or link, which is never written to. Names the remedy
+/// `or_else`.
 [[nodiscard]] Result<void> CheckTarget(const std::filesystem::path& path, IfThere if_there,
                                        std::string_view or_else = {});
 
-/// A file in the making. It stands in the target's folder under a name that nobody can guess, so
-/// that no link laid out beforehand is followed, and takes the target's name at the end. Without
-/// that end nothing is left of it.
+/// File being written. It has an unguessable name in the target's folder, so that no prepared link
+/// is followed, and is renamed to the target at the end. Without that end it is removed.
 class NewFile {
  public:
-  /// Folders are not made. Errors: as CheckTarget, and whatever the system says.
+  /// Does not create folders. Errors: as CheckTarget, and any system error.
   [[nodiscard]] static Result<NewFile> Create(const std::filesystem::path& path, IfThere if_there,
                                               Readable readable = Readable::kByUmask);
   NewFile(NewFile&& other) noexcept;
@@ -53,11 +53,11 @@ class NewFile {
 
   /// Open for reading and writing.
   [[nodiscard]] int fd() const { return file_; }
-  /// Where it stands meanwhile.
+  /// Path until it is renamed.
   [[nodiscard]] std::filesystem::path temporary_path() const;
 
   [[nodiscard]] Result<void> Write(std::string_view bytes) const;
-  /// Brings everything onto the disk and gives it its name. Once, at the end.
+  /// Syncs the file to disk and renames it. Called once, at the end.
   [[nodiscard]] Result<void> Commit();
 
  private:
@@ -73,33 +73,32 @@ class NewFile {
   int file_ = -1;
 };
 
-/// Adds a line to a file that grows, which is made where it is not there; `line` has no line feed.
-/// A last line that was cut short is ended first; one that finds no room leaves nothing behind. One
-/// call of the system, so that two processes do not write into each other's lines; on the disk when
-/// it returns. Errors: as CheckTarget for a file that is there already, and whatever the system
-/// says.
+/// Appends a line to a file, which is created if missing; `line` has no line feed. First terminates
+/// a truncated last line; a line that finds no room is removed again. Uses one system call, so that
+/// processes do not interleave lines; synced to disk on return. Errors: as CheckTarget for an
+/// existing file, and any system error.
 [[nodiscard]] Result<void> AppendLine(const std::filesystem::path& path, std::string_view line);
 
-/// Writes a whole file. Errors (not writable, disk full, there already) name the path, what the
-/// system said and what to do; then nothing is left behind.
+/// Writes a whole file. Errors (not writable, disk full, exists already) name the path, the
+/// system's message and the remedy; no partial file remains.
 [[nodiscard]] Result<void> WriteWholeFile(const std::filesystem::path& path, std::string_view bytes,
                                           IfThere if_there, Readable readable = Readable::kByUmask);
 
-// A lock on a file: ends with the process that holds it, whatever becomes of that.
+// Lock on a file: ends with the process that holds it, however that process ends.
 
-/// Holds an exclusive lock (flock) as long as it lives. The file goes with it; one that a killed
-/// process left is as good as none.
+/// Holds an exclusive lock (flock) while it lives, and removes the file at the end. A file left by
+/// a killed process does not lock.
 class FileLock {
  public:
-  /// Makes the file where it is missing, takes the lock and notes `holder` in the file, for those
-  /// that are refused. Follows no link. Waits for nothing.
-  /// Errors: kMachine where somebody holds it, with what is noted; kInput where it cannot be made,
-  /// or another user than root and the folder's owner made it.
+  /// Creates the file if missing, takes the lock and writes `holder` to the file, for rejected
+  /// processes. Follows no link. Does not wait.
+  /// Errors: kMachine if another process holds it, with the noted holder; kInput if it cannot be
+  /// created, or a user other than root and the folder's owner created it.
   [[nodiscard]] static Result<FileLock> Take(const std::filesystem::path& path,
                                              std::string_view holder);
 
-  /// The same, and waits up to `wait_s` for whoever holds it. Errors: kInterrupted where it was
-  /// stopped meanwhile, too.
+  /// Does the same, but waits up to `wait_s` for the holder. Errors: kInterrupted if stopped
+  /// meanwhile, too.
   [[nodiscard]] static Result<FileLock> TakeWithin(const std::filesystem::path& path,
                                                    std::string_view holder, double wait_s,
                                                    const std::stop_token& stop = {});

@@ -125,7 +125,7 @@ TEST(NewFile, KeepsASecretForItsOwner) {
   const fs::path path = folder.path() / "key";
   ASSERT_TRUE(WriteWholeFile(path, "1", IfThere::kRefuse, Readable::kByOwner));
   EXPECT_EQ(RightsOf(path), 0600U);
-  ASSERT_TRUE(WriteWholeFile(path, "2", IfThere::kReplace));  // what it was before holds
+  ASSERT_TRUE(WriteWholeFile(path, "2", IfThere::kReplace));  // previous permissions are kept
   EXPECT_EQ(RightsOf(path), 0600U);
 }
 
@@ -146,7 +146,7 @@ TEST(AppendLine, LeavesNothingOfALineThatFindsNoRoom) {
   ASSERT_TRUE(AppendLine(path, "one"));
   rlimit before{};
   ASSERT_EQ(getrlimit(RLIMIT_FSIZE, &before), 0);
-  const rlimit little{10, before.rlim_max};  // as a disk on which four more bytes find room
+  const rlimit little{10, before.rlim_max};  // like a disk with room for four more bytes
   const auto old_handler = signal(SIGXFSZ, SIG_IGN);
   ASSERT_EQ(setrlimit(RLIMIT_FSIZE, &little), 0);
   const auto added = AppendLine(path, "two and more");
@@ -176,7 +176,7 @@ TEST(NewFile, LeavesNothingBehindWithoutItsEnd) {
   EXPECT_THAT(NamesIn(folder.path()), IsEmpty());
 }
 
-// In a process of its own: the limit stays.
+// Runs in its own process, as the limit is permanent.
 TEST(NewFile, NamesTheLimitOnFilesAndKeepsTheOldOne) {
   const test::TemporaryFolder folder;
   const fs::path path = folder.path() / "x";
@@ -236,7 +236,7 @@ TEST_F(FileLockWithin, IsStopped) {
   EXPECT_FALSE(FileLock::TakeWithin(folder_.path() / "no/a.lock", "x", kLong_s));  // no waiting
 }
 
-// In a folder where everybody may make files, others can make it first, and hold it.
+// In a world-writable folder, others can create the lock file first, and hold the lock.
 TEST_F(FileLockWithin, RefusesALockThatAnotherUserMade) {
   test::WriteWhole(path_, "");
   if (chown(path_.c_str(), 12345, 12345) != 0) GTEST_SKIP() << "not root";
@@ -244,7 +244,7 @@ TEST_F(FileLockWithin, RefusesALockThatAnotherUserMade) {
   ASSERT_FALSE(lock);
   EXPECT_EQ(lock.error().kind, ErrorKind::kInput);
   EXPECT_THAT(lock.error().message, HasSubstr("a.lock: the lock belongs to another user (12345)"));
-  // Of whoever the folder belongs to it is as good as of root.
+  // A lock of the folder's owner is trusted like one of root.
   ASSERT_EQ(chown(folder_.path().c_str(), 12345, 12345), 0);
   EXPECT_TRUE(FileLock::Take(path_, "us"));
 }

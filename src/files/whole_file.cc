@@ -35,7 +35,7 @@ Result<std::string> ReadWholeFile(const fs::path& path, std::size_t max_bytes) {
   if (!file) {
     return Fail(fmt::format("{}: cannot be opened: {}", path.string(), std::strerror(errno)));
   }
-  // One byte more than allowed tells what has no size (a pipe), or grows.
+  // One byte more than the limit detects a file without size (a pipe), or one that grows.
   constexpr std::size_t kPiece = std::size_t{1} << 16;
   std::string text;
   while (file && text.size() <= max_bytes) {

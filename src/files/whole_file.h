@@ -1,4 +1,4 @@
-// Files read whole, within bounds.
+// Reads whole files, with a limit of size.
 #pragma once
 
 #include <cstddef>
@@ -9,12 +9,12 @@
 
 namespace trammel::files {
 
-/// Errors: not there, a folder, not readable, larger than `max_bytes`.
+/// Errors: missing, a folder, not readable, larger than `max_bytes`.
 [[nodiscard]] Result<std::string> ReadWholeFile(const std::filesystem::path& path,
                                                 std::size_t max_bytes);
 
-/// The same for a file that another file names, or that is looked for beside one: never a pipe or a
-/// device, which could make it wait without end.
+/// Reads a file that another file names, or that is searched beside one: never a pipe or a device,
+/// which could block forever.
 [[nodiscard]] Result<std::string> ReadNamedFile(const std::filesystem::path& path,
                                                 std::size_t max_bytes);
 

@@ -81,7 +81,7 @@ SelectedTool ToolSelectedBy(std::string_view gcode) {
       const char* const end = word.data() + word.size();
       const auto [read, error] = std::from_chars(word.data() + 1, end, number);
       const bool whole = error == std::errc{} && read == end;
-      // T words such as TIMELAPSE_START are macros of Klipper.
+      // Other words with T, such as TIMELAPSE_START, are macros of Klipper.
       if (whole && number >= 0) {
         selected = {number, {}};
       } else if (whole || word.size() == 1 || word[1] == '{' || word[1] == '[') {
@@ -228,7 +228,7 @@ constexpr int kTemperatureDecimals = 1;
 std::string ToolTemperatureCommand(Dialect dialect, int tool, double temperature_c) {
   const std::string value = FormatNumber(temperature_c, kTemperatureDecimals);
   if (dialect == Dialect::kRepRapFirmware) {
-    // Active and standby alike: which of them counts depends on what is picked up.
+    // Sets both active and standby temperature: which one counts depends on the mounted tool.
     return fmt::format("G10 P{} S{} R{}", tool, value, value);
   }
   return fmt::format("M104 T{} S{}", tool, value);
@@ -246,7 +246,7 @@ std::vector<std::string> CoolBedCommands(Dialect dialect, double at_most_c) {
   if (dialect == Dialect::kKlipper) {
     return {"M140 S0", "TEMPERATURE_WAIT SENSOR=heater_bed MAXIMUM=" + value};
   }
-  // R waits for cooling as well; a bed that is colder is warmed up to it first.
+  // R also waits for cooling; a colder bed is first heated up.
   return {"M140 S0", "M190 R" + value, "M140 S0"};
 }
 
@@ -272,9 +272,9 @@ std::vector<std::string> PauseCommands(Dialect dialect, std::string_view text) {
       [](char c) { return static_cast<unsigned char>(c) < 0x20 || c == 0x7f || c == '"'; }, ' ');
   switch (dialect) {
     case Dialect::kKlipper:
-      // A pause that somebody cancelled by a macro of their own would make PAUSE do nothing. PAUSE
-      // saves a state; where there is no PAUSE, Klipper says so and runs on, until it is to bring
-      // back a state that was never saved: that is an error and ends the print.
+      // A pause cancelled by a user's own macro would make PAUSE do nothing. PAUSE saves a state;
+      // without PAUSE, Klipper reports an unknown command and continues, until it has to restore a
+      // state that was never saved. That is an error and ends the print.
       return {DisplayCommand(clean), "CLEAR_PAUSE", "PAUSE",
               "; without [pause_resume] the print ends at the next line, with an error",
               "RESTORE_GCODE_STATE NAME=PAUSE_STATE MOVE=0"};

@@ -46,7 +46,7 @@ PivotedOrthogonal DecomposePivoted(const Eigen::MatrixXd& matrix) {
 }
 
 Eigen::MatrixXd CovarianceRoot(const Eigen::MatrixXd& covariance) {
-  // Of the correlations: rows of very different sizes would drown each other.
+  // Decomposes the correlations: rows of very different magnitudes would lose precision.
   const Eigen::VectorXd sigmas = covariance.diagonal().cwiseMax(0).cwiseSqrt();
   const Eigen::VectorXd scale = (sigmas.array() > 0).select(sigmas, 1);
   const Eigen::VectorXd unscale = scale.cwiseInverse();

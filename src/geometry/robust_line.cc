@@ -11,8 +11,8 @@
 namespace trammel::geometry {
 namespace {
 
-/// Points that span the candidate lines: 24 give 276 pairs, of which a quarter is clean even where
-/// half of the points are not.
+/// Number of points that span the candidate lines: 24 give 276 pairs, a quarter of them clean even
+/// if half of the points are outliers.
 constexpr std::size_t kAnchors = 24;
 constexpr std::size_t kJudges = 256;
 
@@ -70,7 +70,7 @@ RobustLine FitRobustLine(std::span<const double> x, std::span<const double> y,
   const auto median = [&](const RobustLine& line) {
     return MedianResidual(judge_x, judge_y, line, residuals);
   };
-  // A few candidates that are likely good: the best is no worse than they are.
+  // First tries a few likely good candidates, whose residual bounds the best.
   double bound = std::numeric_limits<double>::max();
   for (std::size_t a = 0; a < anchors / 4; a += 2) {
     if (anchor_x[a] == anchor_x[anchors - 1 - a]) break;

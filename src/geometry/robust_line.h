@@ -1,4 +1,4 @@
-// A straight line through points of which many may lie elsewhere.
+// Fits a straight line to points with many outliers.
 #pragma once
 
 #include <span>
@@ -15,8 +15,8 @@ struct RobustLine {
   [[nodiscard]] double at(double x) const { return offset + slope * x; }
 };
 
-/// Least median of squares (Rousseeuw 1984) over pairs of evenly chosen points: holds with up to
-/// half of the points elsewhere. Deterministic.
+/// Fits by least median of squares (Rousseeuw 1984) over pairs of evenly chosen points: robust
+/// against up to half outliers. Deterministic.
 /// @param x, y  the same length, at least 2; x not all equal, non-decreasing.
 /// @param scratch  reused.
 /// Cost: about 300 candidate lines, each tried on at most 256 points.

@@ -44,7 +44,7 @@ class Bytes {
   std::vector<std::uint8_t>& data_;
 };
 
-// Places in the head that a finished file fills in.
+// Offsets of header fields that are filled in at the end.
 constexpr std::size_t kRiffSizeAt = 4;
 constexpr std::size_t kFrameCountAt = 48;
 constexpr std::size_t kStreamLengthAt = 140;
@@ -57,7 +57,7 @@ int WriteAt(int fd, std::size_t at, std::size_t value) {
   return count == static_cast<ssize_t>(bytes.size()) ? 0 : (count < 0 ? errno : ENOSPC);
 }
 
-// Where even this fails, the reader drops the last, unfinished chunk.
+// If even this fails, the reader drops the last, unfinished chunk.
 void Shrink(int fd, std::size_t size) {
   if (ftruncate(fd, static_cast<off_t>(size)) != 0) return;
   std::ignore = lseek(fd, static_cast<off_t>(size), SEEK_SET);

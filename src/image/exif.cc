@@ -5,7 +5,7 @@
 namespace trammel::image {
 namespace {
 
-/// Numbers in the byte order that the structure states; 0 beyond its end.
+/// Reads numbers in the structure's byte order; 0 beyond its end.
 class Tiff {
  public:
   explicit Tiff(std::span<const std::uint8_t> bytes) : bytes_(bytes) {
@@ -41,7 +41,8 @@ class Tiff {
 constexpr std::size_t kShort = 3;
 constexpr std::size_t kLong = 4;
 
-/// The value of a directory's first entry with this tag, if it is one number of the type; else 0.
+/// Returns the value of a directory's first entry with this tag, if it is one number of the type;
+/// else 0.
 std::size_t Entry(const Tiff& exif, std::size_t directory, std::size_t tag, std::size_t type) {
   constexpr std::size_t kEntryBytes = 12;
   const std::size_t entries = exif.U16(directory);

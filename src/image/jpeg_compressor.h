@@ -1,4 +1,4 @@
-// libjpeg's compressor into a vector, for what writes JPEG.
+// libjpeg's compressor with output into a vector, for JPEG writers.
 #pragma once
 
 #include <array>
@@ -8,19 +8,19 @@
 #include <cstdio>
 #include <vector>
 
-// After cstdio: it wants FILE declared before it.
+// After cstdio: it requires the declaration of FILE.
 #include <jpeglib.h>
 
 namespace trammel::image {
 
-/// A compressor whose errors jump to `back`: nothing with a destructor may live in a function that
-/// calls setjmp() on it.
+/// Compressor whose errors jump to `back`: a function that calls setjmp() on it may contain no
+/// object with a destructor.
 struct JpegCompressor {
   jpeg_compress_struct jpeg{};
   jpeg_error_mgr errors{};
   jpeg_destination_mgr destination{};
   std::jmp_buf back{};
-  char said[JMSG_LENGTH_MAX] = {};  ///< why it jumped
+  char said[JMSG_LENGTH_MAX] = {};  ///< libjpeg's message
   std::array<JOCTET, 1 << 14> chunk{};
   std::vector<std::uint8_t>& bytes;
 
@@ -32,11 +32,11 @@ struct JpegCompressor {
   /// Makes `jpeg` write to `bytes`. REQUIRES setjmp(back) before.
   void Create();
 
-  /// Adds the first `count` bytes of `chunk`. @returns false where there is no memory for them.
+  /// Adds the first `count` bytes of `chunk`. @returns false if memory runs out.
   [[nodiscard]] bool Append(std::size_t count);
 
-  /// Notes libjpeg's message and jumps: an error_exit of any of its structures whose client_data is
-  /// a JpegCompressor.
+  /// Records libjpeg's message and jumps: an error_exit for any of its structures whose client_data
+  /// is a JpegCompressor.
   static void Complain(j_common_ptr jpeg);
 };
 

@@ -7,7 +7,7 @@
 #include <cstring>
 #include <optional>
 
-// Declares FILE before libjpeg's headers, which want it.
+// Declares FILE before libjpeg's headers, which require it.
 #include <jerror.h>
 
 #include "image/jpeg_compressor.h"
@@ -38,7 +38,8 @@ struct Cutter {
   void MakeRoom(const PixelRect& rect);
   void Copy(const PixelRect& rect, jvirt_barray_ptr* read);
 
-  // A warning (level -1) means damage, but for bytes that cameras leave before a marker.
+  // Treats a warning (level -1) as damage, except for extra bytes that cameras write before a
+  // marker.
   static void Warn(j_common_ptr in, int level) {
     if (level < 0 && in->err->msg_code != JWRN_EXTRANEOUS_DATA) JpegCompressor::Complain(in);
   }
@@ -52,7 +53,7 @@ struct Blocks {
   JDIMENSION height = 0;
 };
 
-/// Those that the whole MCUs of a rectangle have, the filled-up ones at the picture's ends, too.
+/// Returns the blocks of all whole MCUs of a rectangle, including padding at the picture's ends.
 Blocks BlocksOf(const jpeg_decompress_struct& in, const jpeg_component_info& component,
                 const PixelRect& rect) {
   const auto count = [](int px, int mcu, int factor) {
@@ -74,7 +75,7 @@ void Cutter::Open(std::span<const std::uint8_t> bytes) {
   jpeg_create_decompress(&in);  // keeps err and client_data
   jpeg_mem_src(&in, bytes.data(), bytes.size());
   jpeg_read_header(&in, TRUE);
-  for (int c = 0; c < in.num_components; ++c) {  // as the decoder that is to read the cut
+  for (int c = 0; c < in.num_components; ++c) {  // like the decoder that reads the cut
     const jpeg_component_info& component = in.comp_info[c];
     if (in.max_h_samp_factor % component.h_samp_factor != 0 ||
         in.max_v_samp_factor % component.v_samp_factor != 0) {
@@ -83,7 +84,8 @@ void Cutter::Open(std::span<const std::uint8_t> bytes) {
   }
 }
 
-/// Asks for the cut's coefficients. REQUIRES that none were read: room is made when they are.
+/// Requests arrays for the cut's coefficients. REQUIRES that none were read: memory is allocated on
+/// reading.
 void Cutter::MakeRoom(const PixelRect& rect) {
   for (int c = 0; c < in.num_components; ++c) {
     const jpeg_component_info& component = in.comp_info[c];
@@ -130,7 +132,7 @@ bool Cutter::Cut(std::span<const std::uint8_t> bytes, const PixelRect& rect,
   return true;
 }
 
-/// Why the picture is not one that can be cut; empty where it is.
+/// Returns why the picture cannot be cut; empty if it can.
 std::string_view WhyNot(const JpegHeader& header, const PixelRect& part) {
   if (header.multiple_scans) return "it has several scans";
   if (header.components != 1 && header.components != 3)

@@ -10,18 +10,17 @@
 
 namespace trammel::image {
 
-/// Keeps the MCUs that `part` and one chroma sample around it lie in, with their coefficients as
-/// they are: within `part` a decoder gives the same pixels to the bit. Huffman tables are the cut's
-/// own, whether the picture had any or left out the standard ones; restarts, comments and
-/// application data are left out. The cut says where it lies (jpeg_reader.h), unless it is all of
-/// the picture.
+/// Copies the MCUs of `part` and of one chroma sample around it, with unchanged coefficients:
+/// within `part` a decoder yields bit-identical pixels. Huffman tables are the cut's own, even if
+/// the picture omitted the standard ones; restarts, comments and application data are omitted. The
+/// cut records its position (jpeg_reader.h), unless it is the whole picture.
 ///
-/// Pictures of one scan, as cameras write them, grey or of three colours. Input may be hostile, but
-/// what it costs is the caller's to bound, from the header or before.
+/// Accepts pictures of one scan, as cameras write them, grey or of three colours. Input may be
+/// hostile, but the caller must bound its cost, from the header or before.
 /// @param part  in px of the picture.
 /// @param cut   receives the bytes; its memory is reused.
-/// Errors (kInput), with `cut` of no use: several scans, another number of colours, a cut already,
-/// a part that does not lie within the picture, damage anywhere, whatever the decoder rejects.
+/// Errors (kInput), with `cut` unusable: several scans, another number of colours, a cut already, a
+/// part outside the picture, any damage, whatever the decoder rejects.
 /// Memory: 2 bytes a sample of the whole picture.
 [[nodiscard]] Result<void> CutJpeg(std::span<const std::uint8_t> bytes, const PixelRect& part,
                                    std::vector<std::uint8_t>& cut);

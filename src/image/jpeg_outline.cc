@@ -11,7 +11,7 @@ namespace {
 constexpr std::uint8_t kEndOfImage = 0xD9;
 constexpr std::uint8_t kStartOfScan = 0xDA;
 
-bool IsBare(std::uint8_t marker) {  // without a length
+bool IsBare(std::uint8_t marker) {  // marker without length
   return marker == 0x01 || (marker >= 0xD0 && marker <= 0xD7);
 }
 
@@ -27,8 +27,8 @@ class Markers {
  public:
   explicit Markers(std::span<const std::uint8_t> bytes) : bytes_(bytes) {}
 
-  /// The next marker with a meaning of its own; absent at the end of the bytes. Whatever is no
-  /// marker is left out, as decoders do; with `strict` it ends the walk instead.
+  /// Returns the next marker with a meaning of its own; absent at the end of the bytes. Skips other
+  /// bytes, as decoders do; with `strict` they end the walk instead.
   std::optional<std::uint8_t> Next(bool strict) {
     while (at_ + 1 < bytes_.size()) {
       if (bytes_[at_] != 0xFF) {
@@ -50,7 +50,7 @@ class Markers {
     return std::nullopt;
   }
 
-  /// What stands behind the marker, and moves on behind it; absent where it is cut off.
+  /// Returns the segment after the marker and advances past it; absent if it is truncated.
   std::optional<std::span<const std::uint8_t>> Segment() {
     if (at_ + 2 > bytes_.size()) return std::nullopt;
     const std::size_t length =
@@ -91,7 +91,7 @@ Result<JpegOutline> OutlineOf(std::span<const std::uint8_t> bytes) {
   Markers markers(bytes);
   std::optional<JpegOutline> outline;
   for (;;) {
-    // Before the frame decoders differ in what they make of bytes that are no marker.
+    // Before the frame header decoders treat bytes that are no marker differently.
     const auto marker = markers.Next(!outline);
     if (!outline && (!marker || *marker == kEndOfImage || *marker == kStartOfScan)) {
       return tl::unexpected(NoSize());

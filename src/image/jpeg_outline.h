@@ -1,4 +1,4 @@
-// The outline of a JPEG: what its markers say, before a decoder is let at it.
+// Outline of a JPEG from its markers, before a decoder runs.
 #pragma once
 
 #include <cstddef>
@@ -9,7 +9,7 @@
 
 namespace trammel::image {
 
-/// What its markers say of the first picture in the bytes.
+/// Outline of the first picture in the bytes, from its markers.
 struct JpegOutline {
   int width_px = 0;        ///< >= 1
   int height_px = 0;       ///< >= 1
@@ -19,13 +19,13 @@ struct JpegOutline {
   std::int64_t scans = 0;  ///< passes over the picture; one where it is not progressive
 };
 
-/// Walks the markers as decoders do, without decoding. Errors (kInput): no header that states a
-/// size, or one that decoders would read differently.
+/// Parses the markers as decoders do, without decoding. Errors (kInput): no header with a size, or
+/// one that decoders would read differently.
 [[nodiscard]] Result<JpegOutline> OutlineOf(std::span<const std::uint8_t> bytes);
 
-/// Refuses what would cost a decoder far more than such a picture should: more than 100 scans, more
-/// than 4000 million pixels in all scans, and sizes that so few bytes cannot hold (512 pixels a
-/// byte are the most that the format can). Messages say which.
+/// Rejects pictures that cost a decoder far more than their size justifies: more than 100 scans,
+/// more than 4000 million pixels in all scans, and sizes that so few bytes cannot hold (the
+/// format's maximum is 512 pixels a byte). Messages name the limit.
 [[nodiscard]] Result<void> CheckCost(const JpegOutline& outline, std::size_t bytes);
 
 }  // namespace trammel::image

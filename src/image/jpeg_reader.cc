@@ -9,7 +9,7 @@
 #include <utility>
 #include <vector>
 
-// After cstdio: they want FILE declared before them.
+// After cstdio: they require the declaration of FILE.
 #include <jerror.h>
 #include <jpeglib.h>
 
@@ -89,8 +89,8 @@ PixelRect CutAround(const PixelRect& part, const JpegGrid& whole) {
   return {x, y, x_end - x, y_end - y};
 }
 
-/// A row to be copied from as soon as it is decoded. libjpeg-turbo writes rows that are aligned
-/// past the caches, from where each copy would wait for the memory: hence one byte off.
+/// Row that is copied as soon as it is decoded. libjpeg-turbo writes aligned rows past the caches,
+/// from where each copy would wait for memory: hence an offset of one byte.
 class DecodedRow {
  public:
   void Resize(std::size_t samples) { bytes_.resize(samples + 1); }
@@ -103,7 +103,7 @@ class DecodedRow {
   std::vector<std::uint8_t> bytes_;
 };
 
-// libjpeg's errors jump: nothing with a destructor may live in the functions that they jump out of.
+// libjpeg's errors jump: functions that they leave may contain no object with a destructor.
 struct JpegReader::State {
   jpeg_decompress_struct reader{};
   jpeg_error_mgr errors{};
@@ -112,9 +112,9 @@ struct JpegReader::State {
   bool created = false;
   bool fill_in = false;
   JpegHeader header;
-  PixelRect part;           // of the picture that rows are read of
+  PixelRect part;           // picture region whose rows are read
   std::size_t left_px = 0;  // decoded before the part's first column
-  DecodedRow row;           // as decoded, where that is not what is asked for
+  DecodedRow row;           // decoded row, if its format is not the requested one
 
   State() = default;
   State(const State&) = delete;
@@ -139,8 +139,8 @@ struct JpegReader::State {
     reader->err->format_message(reader, state.said);
     std::longjmp(state.back, 1);
   }
-  // A warning (level -1) means that the decoder makes up what is missing, but for bytes that
-  // cameras leave before a marker.
+  // A warning (level -1) means that the decoder invents missing data, except for extra bytes that
+  // cameras write before a marker.
   static void Warn(j_common_ptr reader, int level) {
     const bool harmless = reader->err->msg_code == JWRN_EXTRANEOUS_DATA;
     if (level >= 0 || harmless || static_cast<State*>(reader->client_data)->fill_in) return;
@@ -152,7 +152,7 @@ namespace {
 
 constexpr int kExif = JPEG_APP0 + 1;
 
-/// The TIFF structure of the first EXIF block; empty where there is none.
+/// Returns the TIFF structure of the first EXIF block; empty if there is none.
 std::span<const std::uint8_t> ExifOf(const jpeg_decompress_struct& reader) {
   constexpr std::string_view kName("Exif\0\0", 6);
   for (jpeg_saved_marker_ptr at = reader.marker_list; at != nullptr; at = at->next) {
@@ -163,7 +163,7 @@ std::span<const std::uint8_t> ExifOf(const jpeg_decompress_struct& reader) {
   return {};
 }
 
-/// Where it was cut from a larger picture; absent where it is whole.
+/// Returns its place in a larger picture; absent if it is whole.
 std::optional<JpegPlace> PlaceOf(const jpeg_decompress_struct& reader) {
   for (jpeg_saved_marker_ptr at = reader.marker_list; at != nullptr; at = at->next) {
     if (at->marker != kPlaceMarker || at->original_length != at->data_length) continue;
@@ -230,8 +230,8 @@ bool JpegReader::State::Start() {
 bool JpegReader::State::StartPart() {
   if (setjmp(back) != 0) return false;
   jpeg_start_decompress(&reader);
-  // At the ends of the decoded columns chroma is interpolated without its neighbours: they keep a
-  // block of it away from the part. Widened to whole blocks by the decoder.
+  // At the ends of the decoded columns chroma is interpolated without its neighbours, so a margin
+  // of one block separates them from the part. The decoder widens it to whole blocks.
   const int block = reader.max_h_samp_factor * DCTSIZE;
   const int begin = std::max(0, part.x - block);
   const int end = std::min(header.width_px, part.x + part.width + block);
@@ -278,7 +278,7 @@ const JpegHeader& JpegReader::header() const { return state_->header; }
 int JpegReader::row_px() const { return state_->part.width; }
 int JpegReader::rows() const { return state_->part.height; }
 
-/// Sets the colours to decode to.
+/// Sets the output colours.
 Result<void> JpegReader::State::Choose(JpegPixels pixels) {
   const int components = header.components;
   if (components != 1 && components != 3 && components != 4) {

@@ -1,4 +1,4 @@
-// JPEG files to pixels, whole or a part; shared: where JPEG data is read from.
+// Decodes JPEG files, whole or in part, to pixels; shared by all JPEG sources.
 #pragma once
 
 #include <array>
@@ -15,24 +15,24 @@ namespace trammel::image {
 
 /// All in px.
 struct JpegPlace {
-  int x = 0;  ///< of the cut picture's first pixel in the whole: a multiple of an MCU's width
+  int x = 0;  ///< of the cut's first pixel in the whole picture: a multiple of an MCU's width
   int y = 0;
   int whole_width = 0;
   int whole_height = 0;
 };
 
-/// The marker that bears the place: application data of a number that cameras leave alone.
+/// Marker that contains the position: application data with a number that cameras do not use.
 inline constexpr int kPlaceMarker = 0xE9;
 inline constexpr std::size_t kPlaceBytes = 21;
 
-/// What stands behind the marker: "trammel part", 0, and four numbers of 16 bits.
+/// Formats the segment after the marker: "trammel part", 0, and four 16-bit numbers.
 /// REQUIRES numbers of 0 … 65535.
 [[nodiscard]] std::array<std::uint8_t, kPlaceBytes> FormatPlace(const JpegPlace& place);
 
-/// Absent where the bytes are another program's.
+/// Absent if the bytes are another program's.
 [[nodiscard]] std::optional<JpegPlace> ParsePlace(std::span<const std::uint8_t> bytes);
 
-/// A picture's size and that of its MCUs, all in px.
+/// Size of a picture and of its MCUs, in px.
 struct JpegGrid {
   int width = 0;
   int height = 0;
@@ -43,44 +43,44 @@ struct JpegGrid {
   [[nodiscard]] int chroma_height() const { return mcu_height / 8; }
 };
 
-/// Whether a picture can lie there: within the whole, and cut from it along MCUs.
+/// True if the place is possible: within the whole picture, and cut along MCUs.
 [[nodiscard]] bool Fits(const JpegPlace& place, const JpegGrid& cut);
 
-/// Pixels of the whole that a cut picture has to the bit: on each side that is none of the whole's
-/// one chroma sample less than it holds, since a decoder interpolates chroma between neighbours.
-/// REQUIRES Fits().
+/// Returns the whole picture's pixels that a cut reproduces to the bit: one chroma sample less than
+/// it contains on each side that is no edge of the whole, since a decoder interpolates chroma
+/// between neighbours. REQUIRES Fits().
 [[nodiscard]] PixelRect ExactPart(const JpegPlace& place, const JpegGrid& cut);
 
-/// The fewest MCUs of a picture in which `part` is exact. REQUIRES `part` within the picture.
+/// Returns the smallest block of MCUs in which `part` is exact. REQUIRES `part` within the picture.
 [[nodiscard]] PixelRect CutAround(const PixelRect& part, const JpegGrid& whole);
 
 struct JpegHeader {
   int width_px = 0;             ///< >= 1, as stored: before any turn that EXIF asks for
   int height_px = 0;            ///< >= 1
-  int components = 0;           ///< of a pixel: 1 grey, 3 YCbCr or RGB, 4 CMYK or YCCK
+  int components = 0;           ///< per pixel: 1 grey, 3 YCbCr or RGB, 4 CMYK or YCCK
   bool multiple_scans = false;  ///< all of the picture is kept while decoding: 2 bytes a sample
   int orientation = 1;          ///< 1 … 8, of EXIF
-  std::optional<int> film_focal_mm = {};  ///< of EXIF: as if on film of 35 mm
-  std::optional<double> dpi_x;            ///< of JFIF; absent where it does not say
+  std::optional<int> film_focal_mm = {};  ///< EXIF focal length, 35 mm equivalent
+  std::optional<double> dpi_x;            ///< from JFIF; absent if not stated
   std::optional<double> dpi_y;
-  int mcu_width_px = 8;            ///< of the pixels that are coded together
+  int mcu_width_px = 8;            ///< width of a coded block (MCU)
   int mcu_height_px = 8;           ///< likewise
-  std::optional<JpegPlace> place;  ///< in the picture that it was cut from; absent: it is whole
+  std::optional<JpegPlace> place;  ///< position in the original picture; absent: not a cut
 
   [[nodiscard]] JpegGrid grid() const { return {width_px, height_px, mcu_width_px, mcu_height_px}; }
 };
 
-/// Decides on entropy-coded data that is damaged, for which the decoder makes up grey.
+/// Handling of damaged entropy-coded data, which the decoder replaces by grey.
 enum class JpegDamage { kRefuse, kFillIn };
 
 enum class JpegPixels { kGrey, kBgr };  ///< 8 bits a sample, interleaved
 
-/// Decodes with libjpeg. Input may be hostile, but what it costs is the caller's to bound, from the
-/// header or before. Messages do not name the file.
+/// Decodes with libjpeg. Input may be hostile, but the caller must bound its cost, from the header
+/// or before. Messages do not name the file.
 class JpegReader {
  public:
-  /// Reads the header. REQUIRES that `bytes` live as long as the reader.
-  /// Errors (kInput): whatever the decoder rejects; a place in another picture that cannot be.
+  /// Reads the header. REQUIRES that `bytes` outlive the reader.
+  /// Errors (kInput): whatever the decoder rejects; an impossible position in another picture.
   [[nodiscard]] static Result<JpegReader> Open(std::span<const std::uint8_t> bytes,
                                                JpegDamage damage);
   JpegReader(JpegReader&&) noexcept;
@@ -89,26 +89,26 @@ class JpegReader {
 
   [[nodiscard]] const JpegHeader& header() const;
 
-  /// Begins to decode. Four components are taken as CMYK and printed on white, with the inverted
+  /// Starts decoding. Four components are taken as CMYK and printed on white, with the inverted
   /// values that Adobe's marker announces; there is no colour management.
   /// @param reduction  1, 2, 4 or 8: each side is divided by it, rounded up, as the mean of its
   ///                   pixels.
   /// Errors (kInput): two, or more than four components; whatever the decoder rejects.
   [[nodiscard]] Result<void> Start(JpegPixels pixels, int reduction = 1);
 
-  /// Begins to decode a part of the picture, whose pixels are those of the whole to the bit. Beyond
-  /// it transform, interpolation and colours are left out; entropy-coded data is read up to it.
-  /// REQUIRES that `part` lies within the picture. Errors as above.
+  /// Starts decoding a part of the picture, with pixels bit-identical to the whole's. Beyond it,
+  /// transform, interpolation and colour conversion are skipped; entropy-coded data is read up to
+  /// its end. REQUIRES `part` within the picture. Errors as above.
   [[nodiscard]] Result<void> StartPart(JpegPixels pixels, const PixelRect& part);
 
   [[nodiscard]] int row_px() const;  ///< width of the rows, after Start() or StartPart()
   [[nodiscard]] int rows() const;    ///< after Start() or StartPart()
 
-  /// Fills the next row. REQUIRES Start() or StartPart(), fewer than rows() calls before, and room
+  /// Fills the next row. REQUIRES Start() or StartPart(), fewer than rows() earlier calls, and room
   /// for row_px() pixels.
   [[nodiscard]] Result<void> ReadRow(std::uint8_t* row);
 
-  /// Reads the entropy-coded data behind a part: bytes lost before it are often not missed sooner.
+  /// Reads the entropy-coded data after a part: bytes lost before it are often detected only there.
   /// REQUIRES StartPart() and rows() calls of ReadRow().
   [[nodiscard]] Result<void> ReadRest();
 

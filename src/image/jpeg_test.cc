@@ -15,7 +15,7 @@
 #include <utility>
 #include <vector>
 
-// After cstdio: it wants FILE declared before it.
+// After cstdio: it requires the declaration of FILE.
 #include <jpeglib.h>
 
 #include "base/frame.h"
@@ -33,9 +33,9 @@ using Bytes = std::vector<std::uint8_t>;
 struct Kind {
   std::string name;
   int components = 3;
-  int across = 1;  ///< of luma for one of chroma
+  int across = 1;  ///< luma samples per chroma sample
   int down = 1;
-  int restart_rows = 0;  ///< of MCUs; 0: none
+  int restart_rows = 0;  ///< MCU rows; 0: no restarts
   int restart_mcus = 0;
   bool progressive = false;
   bool arithmetic = false;
@@ -61,8 +61,8 @@ Bytes WithoutHuffmanTables(const Bytes& jpeg) {
   return stripped;
 }
 
-/// What cameras write: every sampling of chroma, grey, restarts, standard tables left out, and a
-/// stripe in the dark.
+/// Lists cameras' kinds of JPEG: every chroma sampling, grey, restarts, no standard tables, and a
+/// dark stripe.
 std::vector<Kind> KindsOfCameras() {
   return {{.name = "4:4:4"},
           {.name = "4:2:2", .across = 2},
@@ -181,7 +181,7 @@ std::vector<PixelRect> PartsOf(int width, int height, int anywhere, Random& rand
 
 using ::testing::HasSubstr;
 
-// Of two decoders that compute the same transform, one of them in another order.
+// Maximum difference of two decoders with the same transform, computed in another order.
 constexpr double kMostLevels = 2;
 
 // Slopes, an edge and some noise.
@@ -221,7 +221,7 @@ Bytes EncodeInks(const cv::Mat& cmyk, const InkFile& kind) {
   });
 }
 
-// What the reader makes of it, or its error as a one-pixel picture's failure.
+// Decodes the bytes, or returns the reader's error.
 Result<cv::Mat> Decode(const Bytes& bytes, JpegPixels pixels = JpegPixels::kBgr, int reduction = 1,
                        JpegDamage damage = JpegDamage::kRefuse) {
   auto reader = TRY(JpegReader::Open(bytes, damage));
@@ -275,7 +275,7 @@ TEST(JpegReader, PrintsFourInksOnWhite) {
     const Bytes adobe = EncodeInks(inks, {stored, true});
     ExpectNear(Decode(adobe), cv::imdecode(adobe, cv::IMREAD_COLOR), "Adobe's");
   }
-  // Without Adobe's marker 0 is no ink: paper is white, and black ink alone black.
+  // Without Adobe's marker, 0 is no ink: paper is white, and black ink alone is black.
   cv::Mat plain(16, 32, CV_8UC4, cv::Scalar(0, 0, 0, 0));
   plain.colRange(16, 32).setTo(cv::Scalar(0, 0, 0, 255));
   const auto printed = Decode(EncodeInks(plain, {JCS_CMYK, false}));
@@ -493,7 +493,7 @@ TEST(JpegCutter, KeepsFewBytesAndSaysWhereTheyLie) {
   const Bytes jpeg = EncodeKind({.name = "4:2:2", .across = 2}, 640, 480, random);
   Bytes cut;
   ASSERT_TRUE(CutJpeg(jpeg, {300, 200, 45, 60}, cut));
-  EXPECT_LT(cut.size(), jpeg.size() / 20);  // of a thirtieth of the pixels
+  EXPECT_LT(cut.size(), jpeg.size() / 20);  // the cut has 1/30 of the pixels
   const auto reader = JpegReader::Open(cut, JpegDamage::kRefuse);
   ASSERT_TRUE(reader);
   const auto& place = reader->header().place;
@@ -521,7 +521,7 @@ TEST(JpegCutter, RefusesByNameWhatItCannotCut) {
   constexpr std::uint8_t kStartOfFrame = 0xC0;
   const auto frame = std::adjacent_find(
       jpeg.begin(), jpeg.end(), [](int a, int b) { return a == 0xFF && b == kStartOfFrame; });
-  *(frame + 14) = 0x31;  // of the second component
+  *(frame + 14) = 0x31;  // second component's sampling
   EXPECT_THAT(why(jpeg, part), HasSubstr("ampling"));
   jpeg = encode({.name = "4:4:4"});
   for (const PixelRect& outside : {PixelRect{-1, 0, 9, 9},

@@ -28,7 +28,7 @@ bool Compress(const PageView& pixels, const JpegOptions& options, int dpi, JpegC
   }
   jpeg_start_compress(&jpeg, TRUE);
   while (jpeg.next_scanline < jpeg.image_height) {
-    // libjpeg takes no read-only rows; it does not write to them.
+    // libjpeg's interface has no read-only rows, but it does not write to them.
     auto* row = const_cast<JSAMPROW>(pixels.row(static_cast<int>(jpeg.next_scanline)));
     jpeg_write_scanlines(&jpeg, &row, 1);
   }

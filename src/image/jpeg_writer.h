@@ -13,7 +13,7 @@ namespace trammel::image {
 struct JpegOptions {
   int quality = 90;           ///< 1 … 100, libjpeg's scale
   std::optional<double> dpi;  ///< 1 … 65535, rounded; absent: the file does not say
-  /// Huffman tables of the picture's own, by a second pass: fewer bytes, the same pixels.
+  /// Optimises the Huffman tables by a second pass: fewer bytes, the same pixels.
   bool own_tables = false;
 };
 

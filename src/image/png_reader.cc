@@ -14,7 +14,7 @@
 #include "image/exif.h"
 
 namespace trammel::image {
-// libpng's errors jump: nothing with a destructor may live in the functions that they jump out of.
+// libpng's errors jump: functions that they leave may contain no object with a destructor.
 struct PngReader::State {
   png_structp reader = nullptr;
   png_infop info = nullptr;
@@ -57,7 +57,7 @@ bool PngReader::State::Begin(PngPixels pixels) {
   if (setjmp(png_jmpbuf(reader)) != 0) return false;
   png_set_user_limits(reader, kMostOfASide, kMostOfASide);
   png_set_read_fn(reader, this, Give);
-  // Texts and profiles may be packed, and would be unpacked; nobody asks for them.
+  // Skips texts and profiles, which may be compressed, would be unpacked and are not used.
   constexpr char kRemarks[] = "hIST\0iCCP\0iTXt\0sPLT\0tEXt\0zTXt";
   png_set_keep_unknown_chunks(reader, PNG_HANDLE_CHUNK_NEVER,
                               reinterpret_cast<png_const_bytep>(kRemarks), 6);
@@ -177,13 +177,13 @@ Result<PngOutline> OutlineOfPng(std::span<const std::uint8_t> bytes) {
       outline.height_px > kMost) {
     return Fail(fmt::format("its header states {} x {} px", outline.width_px, outline.height_px));
   }
-  constexpr std::array<int, 7> kSamples = {1, 1, 3, 1, 2, 1, 4};  // by the kind of colour
+  constexpr std::array<int, 7> kSamples = {1, 1, 3, 1, 2, 1, 4};  // by PNG colour type
   outline.bits = bytes[24] * kSamples[std::min<std::size_t>(bytes[25], kSamples.size() - 1)];
   return outline;
 }
 
 Result<void> CheckCost(const PngOutline& outline, std::size_t bytes) {
-  constexpr double kMostPacked = 1032;  // of deflate
+  constexpr double kMostPacked = 1032;  // deflate's max. ratio
   const double raster =
       static_cast<double>(outline.width_px) * outline.height_px * std::max(outline.bits, 1) / 8;
   if (raster <= kMostPacked * static_cast<double>(bytes)) return {};

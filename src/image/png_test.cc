@@ -26,7 +26,7 @@ struct Kind {
   int bits = 8;
   bool interlaced = false;
   bool transparent = false;  ///< a palette's entries, or one colour
-  int orientation = 0;       ///< of EXIF; 0: none
+  int orientation = 0;       ///< EXIF orientation; 0: none
   bool at_the_end = false;   ///< EXIF behind the pixels
 };
 
@@ -41,7 +41,7 @@ void Take(png_structp png, png_bytep bytes, std::size_t count) {
   taken.insert(taken.end(), bytes, bytes + count);
 }
 
-// As libpng writes it, of random samples.
+// Writes random samples as a PNG by libpng.
 Bytes Write(const Kind& kind) {
   Random random(7);
   Bytes bytes;

@@ -14,12 +14,12 @@
 
 namespace trammel::image {
 
-// libpng's errors jump: nothing with a destructor may live in the functions that they jump out of.
+// libpng's errors jump: functions that they leave may contain no object with a destructor.
 struct PngWriter::State {
   png_structp writer = nullptr;
   png_infop info = nullptr;
   ByteSink sink;
-  Result<void> taken;  ///< by the sink
+  Result<void> taken;  ///< sink's result
   char said[200] = {};
 
   State() = default;

@@ -56,9 +56,9 @@ using measurement::Outcome;
 using nlohmann::ordered_json;
 
 constexpr std::size_t kMostApplications = 100;
-constexpr std::size_t kMostParts = 100;  // of a machine, that one value is set on
+constexpr std::size_t kMostParts = 100;  // of a machine that share one value
 using Step = Application::Step;
-// As Step has them.
+// Ordered as in Step.
 constexpr std::array kSteps = {"applied", "begun", "undone", "undoing", "not_in_force"};
 
 }  // namespace
@@ -98,7 +98,7 @@ struct AppliedLine {
   Application application;
 };
 
-// At most kMostParts, each a number.
+// Reads at most kMostParts numbers.
 std::map<std::string, double> ReadBeforeEach(JsonObject& object) {
   std::map<std::string, double> before;
   const nlohmann::json* each = object.Find("before_each");
@@ -136,8 +136,8 @@ std::optional<AppliedLine> ParseAppliedLine(std::string_view line, const fs::pat
   return read;
 }
 
-// What was begun and then done, or done and then undone, is one; what was in force before the
-// first of them, and what it set, is what counts.
+// True if both are steps of one application: begun then done, or done then undone. The value before
+// the first step, and the value it set, count.
 bool Continues(const Application& before, const Application& now) {
   if (now.step == Step::kApplied || now.step == Step::kNotInForce) return IsUnfinished(before);
   return now.step == Step::kUndone || now.step == Step::kUndoing;
@@ -150,7 +150,7 @@ Application Merged(const Application& before, Application now) {
   return now;
 }
 
-/// Adds to what is noted: what continues the last one is one with it; of too many the oldest goes.
+/// Appends an application: merges one that continues the last; drops the oldest of too many.
 void Take(NotedApplication now, std::vector<NotedApplication>& noted) {
   if (!noted.empty() && noted.back().fingerprint == now.fingerprint &&
       Continues(noted.back().application, now.application)) {

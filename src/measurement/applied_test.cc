@@ -35,12 +35,12 @@ class Applied : public ::testing::Test {
   void Note(const std::string& fingerprint, const Application& application) const {
     ASSERT_TRUE(NoteApplication(path_, kInstrument, fingerprint, application));
   }
-  /// Of a result.
+  /// Returns the applications of a result.
   [[nodiscard]] std::vector<Application> Of(const Outcome& outcome) const {
     auto all = *AllApplications(path_);
     return all[Fingerprint(outcome)];
   }
-  /// On the machine "printer".
+  /// Returns the applications on machine "printer".
   [[nodiscard]] std::vector<NotedApplication> All() const {
     return *Applications(path_, kInstrument,
                          [](const std::string& address) { return address == "printer"; });
@@ -52,7 +52,7 @@ class Applied : public ::testing::Test {
 
 TEST_F(Applied, IsKnownOfEachResult) {
   EXPECT_TRUE(Of(Found(1)).empty());  // the file is not there
-  // What is applied is read from result.json, or was just found.
+  // An applied outcome is read from result.json, or new.
   const auto read = ParseOutcome(ToJson(Found(2)), "r");
   Note(*read, {"2026-01-03T00:00:00Z", "printer.local"});
   ASSERT_TRUE(AppendLine(path_, "torn {"));
@@ -72,7 +72,7 @@ TEST_F(Applied, IsBegunUntilItIsNotedAsDone) {
   ASSERT_EQ(Of(Found(2)).size(), 1u);
   EXPECT_EQ(Of(Found(2))[0].step, Step::kApplied);
   EXPECT_EQ(Of(Found(2))[0].before, 0.04);
-  // Of another machine it says nothing.
+  // Notes on another machine have no effect.
   Note(Found(2), {"2026-01-04T00:00:00Z", "other", Step::kBegun});
   Note(Found(2), {"2026-01-04T00:00:01Z", "printer"});
   ASSERT_EQ(Of(Found(2)).size(), 3u);

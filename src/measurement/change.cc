@@ -30,7 +30,7 @@ Measured Difference(const Measured& before, const Measured& after) {
                          {value - below, value + above}});
 }
 
-/// The good values that earlier results have under the name and unit of `answer`.
+/// Returns the earlier results' good values with the name and unit of `answer`.
 std::vector<Quantity> GoodOnes(std::span<const Outcome> earlier, const Answer& answer) {
   std::vector<Quantity> found;
   for (const Outcome& outcome : earlier) {
@@ -63,8 +63,8 @@ std::vector<Change> Compare(const Outcome& before, const Outcome& after) {
 
 namespace {
 
-/// A quantity of a result against its earlier values.
-/// @param alpha  how often the interval may miss
+/// Compares a quantity of a result with its earlier values.
+/// @param alpha  allowed rate of intervals that miss
 Change AgainstMean(const Answer& now, const std::vector<Quantity>& earlier, double alpha) {
   constexpr double kNormalFreedom = 1e6;  // Student's t is normal from there on
   const auto count = static_cast<double>(earlier.size());
@@ -139,7 +139,7 @@ std::optional<std::time_t> ParseUtc(const std::string& text) {
   return timegm(&time);
 }
 
-/// Why the age of an answer is one; empty: it is young enough.
+/// Returns the reason to remeasure by age; empty: it is recent.
 std::string AgeReason(const std::string& last_utc, const std::string& now_utc, double age_days) {
   constexpr double kClockSlack_days = 1;
   constexpr double kDay_s = 86400;

@@ -1,4 +1,4 @@
-// How a value changed since the last time, and when the next measurement is due.
+// Change of a value since the last measurement, and the time of the next one.
 #pragma once
 
 #include <cstddef>
@@ -11,51 +11,51 @@
 
 namespace trammel::measurement {
 
-/// One quantity before and after.
+/// Quantity before and after.
 struct Change {
   std::string name;
   std::string unit;
   Measured before;
   Measured after;
   Measured difference;      ///< after − before; not good where either is not
-  std::size_t results = 1;  ///< that `before` is made of
+  std::size_t results = 1;  ///< number combined in `before`
 
-  /// Whether the 95 % interval of the difference leaves out zero.
+  /// True if the 95 % interval of the difference excludes zero.
   [[nodiscard]] bool differs() const;
 };
 
-/// Compares the quantities that both results have under one name and unit, in the order of
-/// `after`. The interval's halves are the root sum of squares of the results' own on each side
-/// (Zou & Donner 2008), so that an interval aslant about its value stays aslant.
+/// Compares the quantities of both results with equal name and unit, in the order of `after`. Each
+/// half of the interval is the root sum of squares of the results' own on that side (Zou & Donner
+/// 2008), so that asymmetric intervals remain asymmetric.
 [[nodiscard]] std::vector<Change> Compare(const Outcome& before, const Outcome& after);
 
-/// The fewest earlier results that show how much results of one thing scatter.
+/// Minimum number of earlier results to estimate their scatter.
 inline constexpr std::size_t kFewestForDrift = 3;
 
-/// Compares a result with the mean of what earlier ones found. The interval is the wider of two:
-/// what the stated uncertainties allow, and Student's prediction interval from the scatter of the
-/// earlier values, which holds what no result could state (a spool's other end, another day).
-/// Intervals of several quantities hold together with 95 % (Sidak 1967): of results where nothing
-/// changed, at most one in twenty has any quantity that differs.
+/// Compares a result with the mean of earlier ones. The interval is the wider of two: that of the
+/// stated uncertainties, and Student's prediction interval from the scatter of the earlier values.
+/// The latter includes effects that no result can state (a spool's other end, another day).
+/// Intervals of several quantities hold jointly with 95 % (Sidak 1967): without a change, at most
+/// one result in twenty has any quantity that differs.
 /// @param earlier  results of the same instrument, printer, nozzle and filament.
-/// Leaves out quantities that are not good in `now`, or in fewer than kFewestForDrift earlier ones.
+/// Omits quantities that are not good in `now`, or in fewer than kFewestForDrift earlier ones.
 [[nodiscard]] std::vector<Change> Drift(std::span<const Outcome> earlier, const Outcome& now);
 
-/// Whether two results are of the same instrument, printer, nozzle and filament, and of no other
-/// toolhead or nozzle temperature as far as both note it. Two of which nothing is noted are not
-/// known to be; nor are pressure advances of a filament without a name.
+/// True if two results have the same instrument, printer, nozzle and filament, and do not differ in
+/// toolhead or nozzle temperature if both note them. False if nothing is noted of both, and for
+/// pressure advances of an unnamed filament.
 [[nodiscard]] bool SameSubject(const Outcome& a, const Outcome& b);
 
-/// What the results of one thing say.
+/// Summary of one subject's results.
 struct Series {
   std::string last_good_utc;  ///< empty: none gave an answer
-  std::string last_reason;    ///< why the newest gave none; empty: it gave one
+  std::string last_reason;    ///< why the newest has no value; empty: it has one
   bool changed = false;       ///< the newest answer differs from the earlier ones' mean
   bool applied = false;       ///< the newest answer was
-  std::string nozzle_utc;     ///< when the printer's nozzle was changed since; empty: it was not
+  std::string nozzle_utc;     ///< time of the printer's latest nozzle change; empty: none
 };
 
-/// Returns the reasons to measure it anew; none: it need not be.
+/// Returns the reasons to repeat a measurement; empty: none.
 /// @param now_utc   ISO 8601 to the second, ending in Z, as the series' times
 /// @param age_days  from which an answer is too old, (0, 36500]
 [[nodiscard]] std::vector<std::string> ReasonsToMeasure(const Series& series,

@@ -34,9 +34,9 @@ constexpr const char* kTables =
     "CREATE TABLE nozzle_change (utc TEXT NOT NULL, printer TEXT NOT NULL,"
     " after_id INTEGER NOT NULL) STRICT;";
 
-/// A database that does not hold what was written into it.
+/// Database that lacks data written into it.
 struct Damaged {};
-/// One that is not to be touched, and why.
+/// Database that must not be changed, and why.
 struct Foreign {
   std::string why;
 };
@@ -55,8 +55,8 @@ void CreateTables(SQLite::Database& database) {
 
 /// Throws Damaged, Foreign, SQLite::Exception.
 SQLite::Database OpenFile(const fs::path& recordings) {
-  // SQLite takes no link anywhere in the path. The folders are the user's, and may be linked; a
-  // file of ours that is a link is nobody's.
+  // SQLite accepts no link anywhere in the path. The folders are the user's, and may be links; our
+  // own file must not be one.
   const fs::path file = fs::canonical(recordings) / kHistoryFile;
   SQLite::Database database(file.string(),
                             SQLite::OPEN_READWRITE | SQLite::OPEN_CREATE | SQLite::OPEN_NOFOLLOW);
@@ -85,14 +85,14 @@ void SetAside(const fs::path& file) {
   for (const char* end : {"-wal", "-shm", "-journal"}) fs::remove(file.string() + end, ignored);
 }
 
-/// The result of a folder, as it is on the disk.
+/// Result in a folder on the disk.
 struct Found {
-  std::string folder;  ///< its name
+  std::string folder;  ///< folder name
   std::string stamp;   ///< another one is another file
   Outcome outcome = {};
 };
 
-/// Calls `visit` for each folder right below that holds a result, until it returns false.
+/// Calls `visit` for each direct subfolder with a result, until it returns false.
 void ForEachResultFile(const fs::path& recordings,
                        const std::function<bool(const fs::path& file)>& visit) {
   std::error_code error;
@@ -113,7 +113,7 @@ bool HasResults(const fs::path& recordings) {
   return has;
 }
 
-/// The results that the database does not hold yet, the oldest first.
+/// Returns the results missing in the database, the oldest first.
 std::vector<Found> FindNew(SQLite::Database& database, const fs::path& recordings,
                            std::vector<std::string>& skipped) {
   std::map<std::string, std::string> known;
@@ -142,7 +142,7 @@ std::vector<Found> FindNew(SQLite::Database& database, const fs::path& recording
   return found;
 }
 
-/// Another analysis of a recording takes the place of the earlier one.
+/// Reads the folders; a new analysis of a recording replaces the earlier one.
 void ReadFolders(SQLite::Database& database, const fs::path& recordings,
                  std::vector<std::string>& skipped) {
   const std::vector<Found> found = FindNew(database, recordings, skipped);
@@ -215,8 +215,8 @@ std::vector<NozzleChange> NozzleChanges(SQLite::Database& database) {
   return changes;
 }
 
-/// Uses history.db, made or made anew where need be; `use` may throw as OpenFile does, and is
-/// called again then. @returns why it cannot be used; empty: it was.
+/// Uses history.db, created or rebuilt if necessary; `use` may throw as OpenFile does, and is
+/// called again then. @returns why it cannot be used; empty: success.
 std::string UseFile(const fs::path& recordings, const std::function<void(SQLite::Database&)>& use) {
   constexpr double kPatience_s = 5;
   const fs::path file = recordings / kHistoryFile;

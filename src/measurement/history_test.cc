@@ -71,7 +71,7 @@ TEST_F(ResultHistory, HasTheNewestFirstAndFollowsTheFolders) {
   EXPECT_THAT(Values({.instrument = Instrument::kTap}), IsEmpty());
   EXPECT_EQ(Read().entries[0].folder, FolderOf(3).string());
   EXPECT_EQ(Read().entries[0].fingerprint, Fingerprint(Found(3, "petg")));
-  fs::remove_all(FolderOf(3));  // its result stays known
+  fs::remove_all(FolderOf(3));  // its result stays in the history
   EXPECT_THAT(Values(), ElementsAre(3, 2, 1));
 }
 

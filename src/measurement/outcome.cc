@@ -8,7 +8,7 @@ namespace trammel::measurement {
 
 namespace {
 
-// In the order of the enumeration.
+// Ordered as the enumeration.
 constexpr std::array<std::string_view, 5> kNames{"pressure_advance", "tap", "tool_offset",
                                                  "part_alignment", "camera_setup"};
 constexpr std::array<std::string_view, kNames.size()> kWords{

@@ -28,15 +28,15 @@ ordered_json AnswerJson(const Answer& answer) {
   return json;
 }
 
-/// Whether a 95 % interval may belong to a standard uncertainty: half of it is 1.96 of them for a
-/// normal distribution, 12.7 for Student's with one degree of freedom.
+/// True if a 95 % interval is possible for a standard uncertainty: its half-width is 1.96 of them
+/// for a normal distribution, 12.7 for Student's with one degree of freedom.
 bool Plausible(double standard_uncertainty, double width) {
   constexpr double kLeast = 1;
   constexpr double kMost = 100;
   return kLeast * standard_uncertainty <= width / 2 && width / 2 <= kMost * standard_uncertainty;
 }
 
-/// A value with its uncertainty where the verdict is good, and none where it is not.
+/// Reads a value with its uncertainty if the verdict is good, else none.
 Measured ReadMeasured(JsonObject& object) {
   const std::string verdict = object.Choice("verdict", {"good", "cannot_tell", "refused"});
   std::string reason = object.Text("reason");
@@ -78,7 +78,7 @@ std::vector<std::string> ReadTexts(JsonObject& object, const char* key) {
   return texts;
 }
 
-/// What was measured, where it is noted; other keys are passed over.
+/// Reads the subject, if noted; ignores other keys.
 measurement::Subject ReadSubject(JsonObject& object) {
   constexpr std::size_t kMostBytes = 1000;
   const nlohmann::json* const json = object.Find("subject");
@@ -103,7 +103,7 @@ std::filesystem::path ResultIn(const std::filesystem::path& path) {
   return std::filesystem::is_directory(path, ignored) ? path / kResultFile : path;
 }
 
-/// All keys of a result but its details; ask Finish() before use.
+/// Reads all keys of a result except its details; check Finish() before use.
 Outcome ReadKeys(JsonObject& object) {
   object.Integer("format", {1, 1});
   Outcome outcome;

@@ -1,4 +1,4 @@
-// What a service can be asked to do: a command of an instrument as a process of its own.
+// Kinds of jobs of a service: a command of an instrument as a process of its own.
 #pragma once
 
 #include <functional>
@@ -13,7 +13,7 @@
 
 namespace trammel::service {
 
-/// A printer that is served, as the command line names one.
+/// Served printer, as given on the command line.
 struct PrinterPlace {
   std::string config = {};            ///< file; empty: trammel.toml of the current folder
   std::vector<std::string> set = {};  ///< key=value
@@ -22,72 +22,72 @@ struct PrinterPlace {
   std::string material = {};          ///< empty: the settings'
 };
 
-/// Of a job, by their names; checked against its kind.
+/// Arguments of a job, by their names; checked against its kind.
 using Arguments = std::map<std::string, std::string>;
 
-/// The nozzle's temperature of a run in degC, in place of the settings': the argument, and the
-/// setting that it is.
+/// Nozzle temperature of a run in degC, in place of the settings': the argument, and its setting.
 inline constexpr const char* kTemperatureArgument = "temp";
 inline constexpr const char* kTemperatureSetting = "filament.nozzle_temperature";
 
-/// What is put before the owner before a job is started from a dialog.
+/// Question to the owner before a job starts from a dialog.
 struct Offer {
   std::string question;  ///< empty: it moves, heats and lights nothing, and is started unasked
-  /// What follows from the arguments that were given, and stands in for those that were not; also
-  /// what the button of the dialog after the job hands on: values of [A-Za-z0-9_.,-]+.
+  /// Defaults of the missing arguments, derived from the given ones; also the values that the
+  /// button of the dialog after the job passes on: [A-Za-z0-9_.,-]+.
   Arguments start = {};
 };
 
-/// The answer of a job, in words.
+/// Answer of a job, as text.
 struct AnswerInWords {
   Verdict verdict = Verdict::kRefused;
   /// "pressure_advance = 0.0172 s (95 %: 0.0154 to 0.0190 s)", or why there is none.
   std::string words;
   std::vector<std::string> lines =
       {};                        ///< before it in the console, of an answer of several values
-  std::string why_not_set = {};  ///< of a good one that nothing can set; empty: it can be
-  std::string notice = {};       ///< that belongs to it; empty: none
+  std::string why_not_set = {};  ///< why a good value cannot be set; empty: it can
+  std::string notice = {};       ///< accompanying notice; empty: none
 };
 
-/// A kind of job. What moves a machine is done by its command, with all its safe ways out; the
-/// service starts and stops it, and reads the result.json that it leaves.
+/// Kind of job. Its command moves the machine, with all safe exits; the service starts and stops
+/// it, and reads its result.json.
 struct JobKind {
-  std::string name;                    ///< as requests name it
-  std::string method;                  ///< that a macro calls for it
+  std::string name;                    ///< as in requests
+  std::string method;                  ///< called by a macro
   std::vector<std::string> arguments;  ///< that it takes
-  /// Looks whether it can be started. Errors: why not.
-  /// @param printer  looked at, too, for a dialog; null: the settings alone
+  /// Checks that it can be started. Errors: the reason.
+  /// @param printer  checked, too, for a dialog; null: only the settings
   std::function<Result<Offer>(const PrinterPlace&, const Arguments&, machine::Printer* printer)>
       check;
   std::vector<std::string> command;  ///< options of the printer, arguments and --out come behind
   bool looks = false;                ///< the command takes --camera
-  /// The answer in the folder of a run; empty: it has none. Errors: there is none.
+  /// Returns the answer in the folder of a run; null: the kind has none. Errors: there is none.
   std::function<Result<AnswerInWords>(const std::string& folder)> answer = {};
-  /// The command that sets its answer; empty: there is none.
+  /// Returns the command that sets the answer; empty: there is none.
   std::function<std::vector<std::string>(const std::string& folder, const Arguments&)> apply = {};
-  /// What a dialog asks, and using the answer does: "Use it until Klipper restarts".
+  /// Describes the use of the answer, for a dialog's question: "Use it until Klipper restarts".
   std::function<std::string(const PrinterPlace&, const Arguments&)> use = {};
-  /// The value in force, "0.0450 s", to stand beside a proposal; may be empty, and say nothing.
+  /// Returns the value in force, "0.0450 s", displayed beside a proposal; may be null or return an
+  /// empty text.
   std::function<std::string(const machine::PrinterState&)> in_force = {};
-  /// Of a job without an answer: what is said, and asked, when it is done.
+  /// Final message or question of a job without an answer.
   std::string done = {};
-  procedure::Buttons start_buttons = procedure::Buttons::kStart;  ///< of the offer
-  procedure::Buttons done_buttons = procedure::Buttons::kClose;   ///< of what it says when done
+  procedure::Buttons start_buttons = procedure::Buttons::kStart;  ///< for the offer
+  procedure::Buttons done_buttons = procedure::Buttons::kClose;   ///< for the final message
 };
 
-/// A command that is to run beside the server all the time, and is started again where it ends.
+/// Command that runs permanently beside the server, and is restarted when it ends.
 struct Attendant {
-  std::string name;                  ///< of the file that it adds to, with its time behind: "taps"
+  std::string name;                  ///< stem of the file to append to, a time follows: "taps"
   std::vector<std::string> command;  ///< options of the printer and --out FILE come behind
 };
 
-/// What the instruments of a build have to offer to a service.
+/// Offerings of a build's instruments to a service.
 struct Offerings {
   std::vector<JobKind> jobs = {};
   std::vector<Attendant> attendants = {};
 };
 
-/// The options by which a command is told of the printer, one word each.
+/// Returns the options that pass the printer to a command, one word each.
 [[nodiscard]] std::vector<std::string> OptionWords(const PrinterPlace& place);
 
 }  // namespace trammel::service

@@ -31,7 +31,7 @@ void Add(std::string line, std::vector<std::string>& lines) {
 
 JobEnd JobProcess::Run(const std::vector<std::string>& words, const Tell& tell, const Log& log) {
   JobEnd end;
-  // An update that failed halfway takes the program away, and the service goes on without it.
+  // An update that failed halfway removes the program, while the service continues.
   if (access(words.front().c_str(), X_OK) != 0) {
     end.errors = {fmt::format("{} is gone or cannot be run: unpack trammel's archive there anew",
                               words.front())};

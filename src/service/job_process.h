@@ -1,4 +1,4 @@
-// A job's process, and how much jobs of one printer may do by themselves.
+// Job's process, and limits on the jobs of one printer.
 #pragma once
 
 #include <cstddef>
@@ -16,16 +16,15 @@
 
 namespace trammel::service {
 
-/// How a job's process ended.
 struct JobEnd {
   bool stopped = false;                  ///< it was interrupted, and says that it ended safely
   bool killed = false;                   ///< a signal ended it: what it did last is not known
-  int exit_code = -1;                    ///< as CONVENTIONS.md has them; -1: a signal, or none
-  std::vector<std::string> errors = {};  ///< its last ones, a line each; the last of them ended it
+  int exit_code = -1;                    ///< as in CONVENTIONS.md; -1: a signal, or none
+  std::vector<std::string> errors = {};  ///< latest errors, one per line; the last ended the job
   std::vector<std::string> output = {};  ///< the last lines of its answer
 };
 
-/// Starts a command of trammel, and may be asked to stop it from any thread. Once only.
+/// Starts a command of trammel, which any thread may stop. Used once only.
 class JobProcess {
  public:
   using Tell = std::function<void(const procedure::Progress&)>;
@@ -36,7 +35,7 @@ class JobProcess {
   /// @param tell  each progress   @param log  each other line of either stream
   [[nodiscard]] JobEnd Run(const std::vector<std::string>& words, const Tell& tell, const Log& log);
 
-  /// Asks it to end safely, now or as soon as it has been started.
+  /// Asks the process to end safely, now or as soon as it has been started.
   void Stop();
 
  private:
@@ -45,18 +44,18 @@ class JobProcess {
   machine::CommandProcess* process_ = nullptr;  // while it runs
 };
 
-// Bounds what clients of a service can have it keep on the disk.
+// Limits on the disk space that clients of a service can use.
 
 struct RunBudget {
-  std::size_t most_runs_a_day = 200;                           ///< that left a folder
-  std::uintmax_t most_copied_bytes = std::uintmax_t{2} << 30;  ///< of uploads, in all runs
+  std::size_t most_runs_a_day = 200;                           ///< with a folder
+  std::uintmax_t most_copied_bytes = std::uintmax_t{2} << 30;  ///< total uploads, all runs
 };
 
-/// Looks whether one more run may begin, and removes copies of uploads, the oldest first, until all
-/// of them fit the budget: photo.jpg, scan-2.pdf. Looks at folders with the names of runs alone,
-/// and follows no link.
+/// Checks that one more run may begin, and removes copies of uploads (photo.jpg, scan-2.pdf), the
+/// oldest first, until all fit the budget. Only enters folders with the names of runs, and follows
+/// no link.
 /// @param utc_now  ISO 8601, ending in Z
-/// Errors (kMeasurement): the day's runs have begun.
+/// Errors (kMeasurement): the day's number of runs is reached.
 [[nodiscard]] Result<void> MakeRoomForRun(const std::filesystem::path& recordings,
                                           const std::string& utc_now, const RunBudget& budget = {});
 

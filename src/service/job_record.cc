@@ -199,9 +199,10 @@ Result<KeptState> ReadKeptState(const fs::path& path) {
 namespace {
 
 constexpr std::string_view kEnding = ".png";
-constexpr std::size_t kMostRemoved = 100;  // at a time
+constexpr std::size_t kMostRemoved = 100;  // per cleanup
 
-/// When a run began, by the name of its picture; empty where it is none: JOB-TIME[-NUMBER].png.
+/// Returns the start of a run from the name of its picture; empty if it is none:
+/// JOB-TIME[-NUMBER].png.
 std::string TimeIn(const std::string& name) {
   constexpr std::string_view kForm = "20260102T030405Z";
   if (!name.ends_with(kEnding)) return {};

@@ -1,4 +1,4 @@
-// What the server stores of its jobs: their records, its state on disk, pictures of results.
+// Records of the server's jobs, its state on disk, pictures of results.
 #pragma once
 
 #include <cstddef>
@@ -15,12 +15,11 @@
 
 namespace trammel::service {
 
-// One run of a job: what is known of it while it goes on and afterwards.
+// One run of a job: its state during the run and afterwards.
 
-/// How a run ended.
 enum class RunEnd {
   kNone,     ///< it goes on
-  kDone,     ///< with a result, whatever its verdict, or with nothing to measure
+  kDone,     ///< with a result of any verdict, or with nothing to measure
   kFailed,   ///< the message says why
   kStopped,  ///< on request
   kUnknown,  ///< the service ended first; the printer's state is the next run's to look at
@@ -28,36 +27,35 @@ enum class RunEnd {
 
 [[nodiscard]] std::string_view ToString(RunEnd end);
 
-/// The job that sets an answer which waits.
+/// Job that sets a pending answer.
 inline constexpr const char* kApply = "apply";
 
 struct RunRecord {
   std::string id;   ///< names the run and its folder: letters, digits, _ and -, 1 … 64 of them
   std::string job;  ///< the kind's name, or "apply"
   Arguments arguments = {};
-  std::string folder = {};   ///< of its recording, or of the result that it applies
+  std::string folder = {};   ///< of the recording or the applied result
   std::string started = {};  ///< UTC, ISO 8601
   std::string ended = {};    ///< likewise; empty: it goes on
   std::string phase = "starting";
   std::string message = {};                ///< the last that it said, or its end in words
-  std::optional<double> progress = {};     ///< of the phase, 0 … 1
-  std::optional<double> remaining_s = {};  ///< of the step
+  std::optional<double> progress = {};     ///< progress of the phase, 0 … 1
+  std::optional<double> remaining_s = {};  ///< for the current step
   RunEnd end = RunEnd::kNone;
-  std::string verdict = {};  ///< of its result, as in JSON; empty: none
+  std::string verdict = {};  ///< result's verdict as in JSON; empty: none
 
   [[nodiscard]] bool complete() const { return end != RunEnd::kNone; }
 };
 
-/// As `status` and the run's events have it.
+/// Returns the form in `status` and the run's events.
 [[nodiscard]] nlohmann::json JsonOf(const RunRecord& run);
 
 /// "20260102T030405Z" of "2026-01-02T03:04:05Z": for names of files.
 [[nodiscard]] std::string CompactUtc(std::string utc);
 
-/// Whether a text can be a run's id.
 [[nodiscard]] bool IsRunId(std::string_view text);
 
-/// An answer that nobody has decided on yet.
+/// Answer that is not yet accepted or dismissed.
 struct Proposal {
   std::string run;
   std::string job;
@@ -65,47 +63,46 @@ struct Proposal {
   Arguments arguments = {};
 };
 
-// What a service keeps on disk of a printer: its last run, and the answer that waits for a
-// decision.
+// State of a printer on a service's disk: its last run, and the answer pending a decision.
 
 struct KeptState {
   std::optional<RunRecord> run = {};
   std::optional<Proposal> proposal = {};
 };
 
-/// Where a printer's state lies (docs/reference/formats.md). @param address  plain, as locks are
-/// named by it
+/// Returns the path of a printer's state (docs/reference/formats.md). @param address  plain, as in
+/// the names of locks
 [[nodiscard]] std::filesystem::path KeptStatePath(const std::filesystem::path& state_folder,
                                                   std::string_view address);
 
-/// Replaces the file whole. Errors: kInput.
+/// Replaces the whole file. Errors: kInput.
 [[nodiscard]] Result<void> WriteKeptState(const std::filesystem::path& path,
                                           const KeptState& state);
 
-/// Nothing of either where there is no such file. A run that had not ended is given back as
-/// kUnknown. Errors: kInput where it cannot be read or holds what no service writes.
+/// Reads the state; empty if there is no such file. A run that had not ended becomes kUnknown.
+/// Errors: kInput if it cannot be read or contains data that no service writes.
 [[nodiscard]] Result<KeptState> ReadKeptState(const std::filesystem::path& path);
 
-/// The same of a text; `file` names it in errors.
+/// Parses the same from text; `file` names it in errors.
 [[nodiscard]] Result<KeptState> ParseKeptState(std::string_view text, const std::string& file);
 
-// Pictures of results, where front ends show them.
+// Pictures of results, for display in front ends.
 
-/// Beside printer.cfg, as front ends list it.
+/// Folder beside printer.cfg, as listed by front ends.
 inline constexpr std::string_view kPictureFolder = "trammel";
-/// In the folder of a run: the figure that shows its answer.
+/// Figure of the answer, in the folder of a run.
 inline constexpr const char* kAnswerPicture = "answer.png";
 inline constexpr std::size_t kMostPictures = 20;
 inline constexpr std::size_t kMostPictureBytes = std::size_t{4} << 20;
 
 /// Stores a run's picture, and removes the oldest of more than kMostPictures: only files with such
-/// a name (run and ".png"). Where they cannot be listed or removed the picture stays, too.
+/// a name (run and ".png"). If they cannot be listed or removed, the picture still remains.
 /// @param run  its id. @param png  at most kMostPictureBytes.
 /// Errors: kMachine: not stored; kInput: too large.
 [[nodiscard]] Result<void> StorePicture(machine::Printer& printer, const std::string& run,
                                         std::string_view png, const machine::WaitLimit& limit);
 
-/// Whether a name can be that of a run's picture.
+/// True if a name can be that of a run's picture.
 [[nodiscard]] bool IsResultPicture(const std::string& name);
 
 /// Reads a history with each printer under one name (procedure::PrinterName), whatever address its

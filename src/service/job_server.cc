@@ -21,7 +21,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// A line of an answer's table as a sentence: "pressure advance 0.0300 -> 0.0290 s".
+// Converts a line of an answer's table to a sentence: "pressure advance 0.0300 -> 0.0290 s".
 std::string WithoutColumns(const std::string& line) {
   std::string text;
   for (const char c : line) {
@@ -30,7 +30,7 @@ std::string WithoutColumns(const std::string& line) {
   return text;
 }
 
-// Whether something was set since, whatever failed afterwards.
+// True if a value was set since, whatever failed afterwards.
 bool WasSet(const std::vector<files::Application>& before,
             const std::vector<files::Application>& now) {
   using Step = files::Application::Step;
@@ -39,7 +39,7 @@ bool WasSet(const std::vector<files::Application>& before,
          before.back().utc != now.back().utc;
 }
 
-// One word, so that a value never passes for an option.
+// Adds one word, so that a value cannot pass for an option.
 void AddOption(const std::string& name, const std::string& value, std::vector<std::string>& words) {
   if (!value.empty()) words.push_back(fmt::format("--{}={}", name, value));
 }
@@ -55,7 +55,7 @@ std::vector<std::string> OptionWords(const PrinterPlace& place) {
 }
 
 Arguments Completed(Arguments given, const Offer& offer) {
-  given.insert(offer.start.begin(), offer.start.end());  // what is there stays
+  given.insert(offer.start.begin(), offer.start.end());  // existing ones take precedence
   return given;
 }
 
@@ -159,7 +159,7 @@ Result<RunRecord> JobServer::Begin(Plan plan) {
 
 void JobServer::RunJob(const RunRecord& run, const Plan& plan, JobProcess& process) {
   SendRunEvent(run);
-  // The macro that asked waits for a word, and says that nobody answered where none comes.
+  // The calling macro waits for a message, and reports if there is none.
   Tell({plan.applies ? "applying" : "at work"});
   std::vector<std::string> words = {options_.program, "--progress", "json"};
   const std::vector<std::string> own =
@@ -214,8 +214,8 @@ void JobServer::Hear(const procedure::Progress& progress) {
             : progress.text});
 }
 
-// A job that a full memory ended, for example, leaves heaters and laser to the printer's own
-// limits.
+// A job killed, for example, for lack of memory relies on the printer's own limits for heaters and
+// laser.
 void JobServer::BringBackWhatItLeft() {
   machine::Printer* printer = nullptr;
   {
@@ -231,7 +231,7 @@ void JobServer::Conclude(const Plan& plan, const JobEnd& end,
   constexpr int kGood = 0;
   constexpr int kNotTrusted = 2;  // CONVENTIONS.md
   for (const std::string& error : end.errors) {
-    if (&error != &end.errors.back()) Tell({error});  // that ends the run's own message
+    if (&error != &end.errors.back()) Tell({error});  // the last one ends the run's own message
   }
   RunRecord run;
   {
@@ -280,7 +280,7 @@ void JobServer::Conclude(const Plan& plan, const JobEnd& end,
   if (!plan.applies && !words.buttons) words.buttons = procedure::Buttons::kClose;
   {
     const std::lock_guard lock(mutex_);
-    // What is in force needs no decision any more.
+    // A value in force needs no further decision.
     if (!plan.applies || run.end != RunEnd::kDone) proposal = proposal_;
   }
   EndRun(std::move(run), std::move(proposal), std::move(words));
@@ -316,7 +316,7 @@ JobServer::Words JobServer::ProposalWords(const Waiting& waiting) const {
   const auto& [proposal, kind, answer] = waiting;
   const std::string now = InForce(*kind);
   const std::string notice = answer.notice.empty() ? "" : ". " + answer.notice;
-  // The console is told of the macro, the dialog has buttons. What is cut there stands last.
+  // The console names the macro, the dialog has buttons. The part that may be cut is last.
   return {fmt::format("{}{}{}. Nothing applied: TRAMMEL_APPLY sets it{}", answer.words,
                       now.empty() ? "" : ", now ", now, notice),
           procedure::Buttons::kUse,
@@ -383,8 +383,8 @@ Result<std::string> JobServer::NoteNewNozzle() {
 void JobServer::Keep() const {
   if (auto kept = WriteKeptState(state_path_, {run_, proposal_}); !kept) {
     options_.log("trammel: not kept over a restart of the service: " + kept.error().message);
-    // What stands there is of before: an answer that was applied or dropped since, or of the old
-    // nozzle. A full disk lets it be removed.
+    // The old file is outdated: an answer that was applied or dropped since, or of the old nozzle.
+    // It can be removed even on a full disk.
     std::error_code ignored;
     fs::remove(state_path_, ignored);
   }

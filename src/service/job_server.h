@@ -1,5 +1,5 @@
-// The server of one printer: takes requests and its macros' calls, runs one job at a time, and
-// tells everybody how it goes.
+// Server of one printer: accepts requests and its macros' calls, runs one job at a time, and
+// reports its progress to all clients.
 #pragma once
 
 #include <condition_variable>
@@ -26,10 +26,10 @@
 
 namespace trammel::service {
 
-/// The number by which clients know the methods below; another one is another meaning.
+/// API version; incremented when a method below changes its meaning.
 inline constexpr int kApiVersion = 1;
 
-/// Codes of refusals, beside JSON-RPC's own.
+/// Error codes of rejections, beside JSON-RPC's own.
 inline constexpr int kInvalidParameters = -32602;
 inline constexpr int kBusy = -32001;     ///< a job is at work, or another program has the printer
 inline constexpr int kNothing = -32002;  ///< no such run, or nothing of the kind that was asked for
@@ -37,24 +37,23 @@ inline constexpr int kRefused = -32003;  ///< it cannot be done; the message say
 
 struct JobServerOptions {
   PrinterPlace place;
-  std::string address;               ///< of the printer, as its settings have it
+  std::string address;               ///< printer's address, as in its settings
   std::string program;               ///< path of trammel, which the jobs are commands of
   std::string version;               ///< "trammel 0.1.0"
   std::filesystem::path recordings;  ///< each run gets a folder of its own in here
   std::filesystem::path state_folder;
   std::vector<JobKind> jobs;
   std::function<std::string()> utc_now;  ///< ISO 8601 to the second, ending in Z
-  /// Takes a line for the service's log; errors begin with "trammel: ". Of any thread.
+  /// Receives a line for the service's log; errors begin with "trammel: ". Called from any thread.
   std::function<void(const std::string&)> log;
-  /// Brings back what a job left that was killed, and says what. Of a run's own thread.
+  /// Restores settings after a killed job, and reports which. Called from a run's own thread.
   std::function<void(machine::Printer&, const std::function<void(const std::string&)>&)>
       bring_back = {};
 };
 
 /// Answers the methods `status`, `start`, `stop`, `result`, `history`, `dismiss` and `new_nozzle`
-/// (docs/howto/serve.md), and the macros of klipper/trammel.cfg. Runs survive nothing of the
-/// service, but what they found does: an answer that nobody has decided on is offered again after a
-/// restart.
+/// (docs/howto/serve.md), and the macros of klipper/trammel.cfg. Runs end with the service, but
+/// results survive: a pending answer is offered again after a restart.
 class JobServer {
  public:
   explicit JobServer(JobServerOptions options);
@@ -62,40 +61,40 @@ class JobServer {
   JobServer& operator=(const JobServer&) = delete;
   ~JobServer() = default;
 
-  /// Answers a request, at once; of any thread, also while there is no printer.
+  /// Answers a request, at once; thread-safe, also without a printer.
   [[nodiscard]] machine::RpcAnswer Answer(const std::string& method, const nlohmann::json& params);
 
-  /// Serves a printer until it is stopped; a run under way is then ended safely. May be
-  /// called again, with another connection.
-  /// Errors: kMachine, kInterrupted where the macros' methods cannot be registered.
-  /// @returns whether a run was under way.
+  /// Serves a printer until stopped; a current run is then ended safely. May be called again, with
+  /// another connection.
+  /// Errors: kMachine, kInterrupted if the macros' methods cannot be registered.
+  /// @returns true if a run was in progress.
   [[nodiscard]] Result<bool> Serve(machine::Printer& printer, const std::stop_token& stop);
 
   [[nodiscard]] const JobServerOptions& options() const { return options_; }
 
  private:
-  /// What is said on the screen, with buttons or without.
+  /// Text on the screen, with or without buttons.
   struct Words {
     std::string text;
     std::optional<procedure::Buttons> buttons = {};
-    std::string question = {};  ///< of the dialog, in place of the text
+    std::string question = {};  ///< dialog's question, replaces the text
     Arguments start = {};       ///< the start button's
   };
-  /// A macro's call.
+  /// Call from a macro.
   struct Call {
     enum class What { kAsk, kConfirm, kApply, kDismiss, kNewNozzle };
     What what = What::kAsk;
     const JobKind* job = nullptr;
-    Arguments arguments = {};  ///< of kConfirm the token
+    Arguments arguments = {};  ///< kConfirm: the token
   };
-  /// What the dialog that is open asks, and its button begins.
+  /// Question of the open dialog, and the job that its button starts.
   struct Offered {
     std::string token;
     const JobKind* job = nullptr;
     Arguments arguments = {};
     double until_s = 0;  ///< machine::HostNow
   };
-  /// What a run is made of before it begins.
+  /// Definition of a run before it begins.
   struct Plan {
     std::string job;
     Arguments arguments;
@@ -117,7 +116,8 @@ class JobServer {
 
   // job_server.cc
   [[nodiscard]] const JobKind* FindJob(const std::string& name) const;
-  /// Begins a run. Errors: kMachine where one is under way; why the job cannot be started.
+  /// Starts a run. Errors: kMachine if one is in progress; the reason why the job cannot be
+  /// started.
   [[nodiscard]] Result<RunRecord> Begin(Plan plan);
   [[nodiscard]] Result<Plan> PlanApply() const;
   [[nodiscard]] std::string WhoHasThePrinter() const;
@@ -127,25 +127,25 @@ class JobServer {
   void BringBackWhatItLeft();
   /// @param before  what was noted of the plan's result before the job
   void Conclude(const Plan& plan, const JobEnd& end, const std::vector<files::Application>& before);
-  /// What the history notes of setting the result in a folder; empty: nothing, or no result.
+  /// Returns the history's notes on setting the result in a folder; empty: none, or no result.
   [[nodiscard]] std::vector<files::Application> NotedOf(const std::string& folder) const;
   void ConcludeResult(const Plan& plan, RunRecord run, const JobEnd& end);
-  /// What the printer says is in force now, in words; empty where it is not told.
+  /// Returns the printer's value in force, in words; empty if it is not reported.
   [[nodiscard]] std::string InForce(const JobKind& kind) const;
-  /// A good answer that nobody has decided on yet.
+  /// Good answer that is not yet accepted or dismissed.
   struct Waiting {
     Proposal proposal;
     const JobKind* kind = nullptr;
     AnswerInWords answer;
   };
-  /// The result itself decides whether there is one.
+  /// Finds the pending answer; the result file decides if there is one.
   [[nodiscard]] std::optional<Waiting> FindWaiting(std::optional<Proposal> proposal) const;
   [[nodiscard]] std::optional<Waiting> FindWaiting() const;
   [[nodiscard]] Words ProposalWords(const Waiting& waiting) const;
   void EndRun(RunRecord run, std::optional<Proposal> proposal, Words words);
   [[nodiscard]] bool Dismiss();
-  /// Notes that the nozzle was changed, and drops the answer that waits: it was the old one's.
-  /// Errors: kMachine while a job is at work; kInput: not written.
+  /// Records that the nozzle was changed, and drops the pending answer, which was the old one's.
+  /// Errors: kMachine while a job runs; kInput: not written.
   [[nodiscard]] Result<std::string> NoteNewNozzle();
   void Keep() const;  // REQUIRES the lock
   void SendRunEvent(const RunRecord& run);
@@ -156,10 +156,10 @@ class JobServer {
   void Answer(const Call& call);
   void ApplyAsked();
   void AnswerConfirmed(const Call& call);
-  /// Opens a dialog, or begins what needs none.
+  /// Opens a dialog, or starts the job if it needs none.
   void AnswerAsked(const Call& call);
   void BeginAsked(const JobKind& job, Arguments arguments);
-  /// Whether the printer's macros are of this trammel; says what to do where they are not.
+  /// True if the printer's macros are of this trammel; otherwise reports the remedy.
   [[nodiscard]] bool HasOurMacros();
   void OfferProposalAgain(const std::stop_token& stop);
   void Tell(Words words);  // written down now, shown by Serve's thread
@@ -170,23 +170,23 @@ class JobServer {
   const std::filesystem::path state_path_;
   const std::filesystem::path lock_path_;
 
-  mutable std::mutex mutex_;  // of what follows, but screen_
+  mutable std::mutex mutex_;  // guards the members below, but screen_
   std::condition_variable_any called_;
   std::deque<Call> calls_;
   std::deque<Words> words_;
   machine::Printer* printer_ = nullptr;  // while it is served
   std::optional<RunRecord> run_;         // the last one
   std::optional<Proposal> proposal_;
-  std::shared_ptr<JobProcess> process_;      // of the run under way
+  std::shared_ptr<JobProcess> process_;      // current run
   bool ending_ = false;                      // nothing more is begun
   std::stop_token stop_;                     // Serve's, of its thread
   std::optional<Offered> offered_;           // likewise
   int offers_ = 0;                           // likewise
-  std::optional<procedure::Screen> screen_;  // of Serve's thread
+  std::optional<procedure::Screen> screen_;  // used by Serve's thread only
   std::jthread worker_;                      // last: it uses everything above
 };
 
-/// What was given, and of what it leads to the rest.
+/// Returns the given arguments, completed by the offer's.
 [[nodiscard]] Arguments Completed(Arguments given, const Offer& offer);
 
 }  // namespace trammel::service

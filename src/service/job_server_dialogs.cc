@@ -1,4 +1,4 @@
-// What a server says on the printer's own screen, and what the printer's macros ask of it.
+// Dialogs of a server on the printer's own screen, and requests of the printer's macros.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -15,7 +15,7 @@ using nlohmann::json;
 
 constexpr double kCommand_s = 30;
 constexpr double kOfferLasts_s = 600;  // a bed that was empty may not be so an hour later
-// A button that somebody leans on; more calls than this are the same call.
+// Limit for a button pressed repeatedly; further calls repeat the same one.
 constexpr std::size_t kMostCalls = 8;
 constexpr std::size_t kMostWords = 100;  // while the printer cannot hear them
 constexpr std::size_t kLongestArgument = 200;
@@ -23,7 +23,7 @@ constexpr std::size_t kLongestArgument = 200;
 constexpr const char* kToken = "token";
 constexpr const char* kStartMacro = "_TRAMMEL_START";
 
-// What a macro hands over, of what is taken; empty texts are none.
+// Reads a macro's accepted arguments; omits empty texts.
 Arguments ArgumentsOf(const json& called, const std::vector<std::string>& names) {
   Arguments arguments;
   if (!called.is_object()) return arguments;
@@ -152,8 +152,8 @@ void JobServer::BeginAsked(const JobKind& job, Arguments arguments) {
   Show({"no calibration: " + begun.error().message, procedure::Buttons::kClose}, false);
 }
 
-// A dialog stays on many screens, and comes back with a page that is loaded anew: only the one that
-// was opened last begins anything, and once.
+// A dialog remains on many screens, and reappears when a page is reloaded: only the last one opened
+// starts a job, and once.
 void JobServer::AnswerConfirmed(const Call& call) {
   const auto token = call.arguments.find(kToken);
   const bool open = offered_ && token != call.arguments.end() && token->second == offered_->token &&
@@ -187,14 +187,14 @@ void JobServer::AnswerAsked(const Call& call) {
     options_.log("trammel: " + offer.error().message);
     return Show({"no calibration: " + offer.error().message, procedure::Buttons::kClose}, false);
   }
-  // Not of one service before it: names are told apart by the second in which it began, too.
+  // Unique between services, since names include the second of the service's start.
   const std::string token = fmt::format("{}-{}", CompactUtc(options_.utc_now()), ++offers_);
   offered_ =
       Offered{token, &job, Completed(call.arguments, *offer), machine::HostNow() + kOfferLasts_s};
   Show({std::move(offer->question), job.start_buttons, {}, {{kToken, token}}}, false);
 }
 
-// Whoever was asked before the service ended has not answered yet.
+// Repeats a proposal that was not answered before the service ended.
 void JobServer::OfferProposalAgain(const std::stop_token& stop) {
   constexpr double kPatience_s = 600;
   if (!FindWaiting()) return;
@@ -205,7 +205,7 @@ void JobServer::OfferProposalAgain(const std::stop_token& stop) {
 
 void JobServer::Tell(Words words) {
   options_.log("  " + words.text);
-  if (words.text.starts_with(' ')) return;  // how far a wait has come: for the log
+  if (words.text.starts_with(' ')) return;  // progress of a wait: for the log only
   const std::lock_guard lock(mutex_);
   if (words_.size() == kMostWords) words_.pop_front();
   words_.push_back(std::move(words));
@@ -224,20 +224,20 @@ void JobServer::ShowAll(bool ending) {
 }
 
 void JobServer::Show(const Words& words, bool ending) {
-  // Words wait behind whatever the printer is at, homing for example; at the end of the service not
-  // for long: the last word of a stopped calibration is worth saying, too.
+  // Messages wait for the printer's current commands, for example homing; only briefly at the end
+  // of the service, since the last message of a stopped calibration also matters.
   constexpr double kPatience_s = 300;
   constexpr double kLastPatience_s = 10;
   const machine::WaitLimit limit{ending ? kLastPatience_s : kPatience_s};
   bool waited = false;
-  // How a run ended is worth waiting for: after an emergency stop nothing is seen until the
-  // restart, and no macro calls until then.
+  // The message of a run's end must wait: after an emergency stop nothing is visible until the
+  // restart, and no macro runs until then.
   while (words.buttons && !ending && !stop_.stop_requested() &&
          printer_->LastState().readiness != machine::PrinterReadiness::kReady) {
     waited = true;
     if (printer_->WaitUntilReady({kPatience_s, stop_})) break;
   }
-  // What is in force is another value after a restart.
+  // After a restart another value is in force.
   if (waited && words.buttons == procedure::Buttons::kUse) {
     const auto waiting = FindWaiting();
     return waiting ? Show(ProposalWords(*waiting), ending) : void();

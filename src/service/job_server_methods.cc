@@ -1,4 +1,4 @@
-// What a server answers to requests.
+// Answers of a server to requests.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -26,7 +26,7 @@ RpcAnswer Invalid(const std::string& message) {
   return RpcAnswer::Refused(kInvalidParameters, message);
 }
 
-// The parameters, unless they hold a key that the method does not know.
+// Rejects parameters with a key unknown to the method.
 std::optional<RpcAnswer> CheckKeys(const json& params, std::initializer_list<const char*> known) {
   if (!params.is_object()) return Invalid("the arguments must be an object");
   for (const auto& [key, value] : params.items()) {
@@ -37,7 +37,7 @@ std::optional<RpcAnswer> CheckKeys(const json& params, std::initializer_list<con
   return std::nullopt;
 }
 
-// A text among the parameters, empty where it is absent. Error: it is something else, or too long.
+// Returns a text among the parameters, empty if absent. Error: it has another type, or is too long.
 Result<std::string> TextOf(const json& params, const char* key) {
   const auto found = params.find(key);
   if (found == params.end() || found->is_null()) return std::string();
@@ -47,7 +47,7 @@ Result<std::string> TextOf(const json& params, const char* key) {
   return found->get<std::string>();
 }
 
-// A run's id among the parameters, empty where none is named.
+// Returns a run's id among the parameters, empty if absent.
 Result<std::string> RunOf(const json& params) {
   auto id = TextOf(params, "run");
   if (id && !id->empty() && !IsRunId(*id)) return Fail("'run' is no run's name");

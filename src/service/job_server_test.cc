@@ -170,7 +170,7 @@ class JobServerTest : public ::testing::Test {
     }
     return words;
   }
-  // What a command writes down when it has set the answer.
+  // Returns a shell line that notes the set answer.
   std::string Notes() {
     const fs::path file = folder_.path() / "noted";
     fs::remove(file);
@@ -415,7 +415,7 @@ TEST_F(JobServerTest, WhereOnlyTheKeepingFailsItSaysThatTheValueIsSet) {
   WaitForEnd();
   EXPECT_EQ(Status()["run"]["end"], "failed");
   EXPECT_EQ(Status()["run"]["message"], "applied in part: the printer keeps nothing");
-  EXPECT_EQ(Status()["proposal"]["run"], kRun);  // to be applied again once that is mended
+  EXPECT_EQ(Status()["proposal"]["run"], kRun);  // to be applied again after the repair
   StopServing();
   EXPECT_THAT(printer_.scripts, Not(Contains(HasSubstr("not applied"))));
 }
@@ -462,7 +462,7 @@ TEST_F(JobServerTest, AButtonBeginsWhatItsOwnDialogAskedOnce) {
   const std::string first = Token();
   CallMacro("ask_it", {{"filament", "PLA+"}});
   WaitUntil([&] { return Token() != first; });
-  CallMacro("trammel_start", {{"token", first}});  // of a page that was not loaded anew
+  CallMacro("trammel_start", {{"token", first}});  // from a page not reloaded
   CallMacro("trammel_start", {{"token", Token()}});
   WaitUntil([this] { return Status()["proposal"] != nullptr; });
   WaitForEnd();

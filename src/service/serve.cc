@@ -15,13 +15,13 @@
 namespace trammel::service {
 namespace {
 
-// How the service of one printer ended.
+// End of the service of one printer.
 struct Served {
   bool was_working = false;
   std::optional<Error> error = {};
 };
 
-// Temperatures are named before anybody can ask for them, and so is what is missing for a job.
+// Logs the jobs' temperatures, and missing requirements, before the first request.
 void SayWhatIsOffered(const JobServerOptions& server) {
   for (const JobKind& kind : server.jobs) {
     const auto offer = kind.check(server.place, {}, nullptr);
@@ -35,7 +35,7 @@ void SayWhatIsOffered(const JobServerOptions& server) {
   }
 }
 
-// At start the printer's computer may not be up yet, nor its Moonraker.
+// At start the printer's computer or its Moonraker may not be up yet.
 Result<std::unique_ptr<machine::Printer>> ConnectPatiently(const ServedPrinter& served,
                                                            const std::stop_token& stop) {
   constexpr double kAgain_s = 5;
@@ -60,7 +60,8 @@ Served ServeOne(const ServedPrinter& served, JobServer& server, const std::stop_
       if (printer.error().kind == ErrorKind::kInterrupted) return {};
       return {false, printer.error()};
     }
-    // A service that died is started again: its heaters are not left to the printer's own limit.
+    // A restarted service restores the printer: its heaters need not wait for the printer's own
+    // limit.
     const procedure::Session session{**printer, stop, [&](const procedure::Progress& progress) {
                                        served.server.log("  " + progress.text);
                                      }};
@@ -75,7 +76,7 @@ Served ServeOne(const ServedPrinter& served, JobServer& server, const std::stop_
   }
 }
 
-// Runs a command all the time, with a pause that grows where it ends soon.
+// Runs a command permanently, with growing pauses if it ends soon.
 void Attend(const ServedPrinter& served, const Attendant& attendant, const std::stop_token& stop) {
   constexpr double kFirstPause_s = 5;
   constexpr double kLongestPause_s = 120;

@@ -1,4 +1,4 @@
-// One process beside the printers: a server for each, over its Moonraker.
+// One process for all printers: a server for each, over its Moonraker.
 #pragma once
 
 #include <functional>
@@ -18,15 +18,15 @@ struct ServedPrinter {
   JobServerOptions server;
   std::vector<Attendant> attendants = {};
   settings::ScanSettings settings;
-  /// Connects as the agent "trammel". Errors: kMachine: it is tried again; kInterrupted; others end
-  /// the service of this printer.
+  /// Connects as the agent "trammel". Errors: kMachine: it is retried; kInterrupted; others end the
+  /// service of this printer.
   std::function<Result<std::unique_ptr<machine::Printer>>(const std::stop_token&)> connect;
 };
 
-/// Serves the printers until it is stopped; through restarts of Klipper and of Moonraker and lost
-/// links, and from before they are up. Runs under way are ended safely.
+/// Serves the printers until stopped, through restarts of Klipper and of Moonraker and lost links,
+/// and before they are up. Current runs are ended safely.
 /// Errors: kInput, of a printer that can never be connected to.
-/// @returns whether a run was under way.
+/// @returns true if a run was in progress.
 [[nodiscard]] Result<bool> Serve(const std::vector<ServedPrinter>& printers,
                                  const std::stop_token& stop);
 

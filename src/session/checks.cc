@@ -40,9 +40,9 @@ Check CheckIdle(const PrinterState& state) {
   return Pass("idle", "no job is running");
 }
 
-// Moved by hand or by a macro, which no job's state tells.
+// Detects motion by hand or by a macro, which no job's state shows.
 Check CheckResting(const Session& session) {
-  constexpr double kRest_s = 10;  // its own last motion counts for half a second
+  constexpr double kRest_s = 10;  // trammel's last motion is visible for half a second
   const auto rests = session.printer.WaitUntil(
       [](const PrinterState& now) { return now.idle_state != "Printing"; }, "the printer to rest",
       session.Within(kRest_s));
@@ -132,7 +132,7 @@ Check CheckLimit(const Session& session) {
 }
 
 std::vector<Check> CheckTiming(const Session& session) {
-  constexpr double kWanted_s = 0.005;  // at 7 mm/s 0.035 mm
+  constexpr double kWanted_s = 0.005;  // 0.035 mm at 7 mm/s
   std::vector<Check> checks;
   const auto clock = session.printer.Clock(kWanted_s, session.Within(kAsk_s));
   if (!clock) {
@@ -153,7 +153,7 @@ std::vector<Check> CheckTiming(const Session& session) {
 }
 
 Check CheckDisk(const std::filesystem::path& folder, double record_s, double frames_per_s) {
-  // A JPEG of 1280x720 takes 50 to 150 kB; as much again is left to others.
+  // A JPEG of 1280x720 takes 50 to 150 kB; as much again is reserved for others.
   constexpr double kFrameBytes = 150e3;
   return CheckDisk(folder, 2 * record_s * frames_per_s * kFrameBytes);
 }

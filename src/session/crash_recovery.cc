@@ -33,7 +33,7 @@ struct DeadRun {
   RunJournal journal;
 };
 
-// Of a run that is over: whether it died, or ended alive.
+// Describes the end of a run: crashed, or ended alive.
 std::string WhatBecameOf(const RunJournal& journal) {
   if (journal.ended.empty()) return fmt::format("the run of {} died here", journal.started);
   return fmt::format("the run of {} could not bring back what it had changed, as {}",
@@ -47,7 +47,7 @@ Result<void> Remove(const fs::path& path) {
   return Fail(fmt::format("{}: cannot be removed: {}", path.string(), error.message()));
 }
 
-// The run's part of what OwnerAtPrinter says.
+// Returns the run's part of OwnerAtPrinter's result.
 std::string RunOf(const std::string& owner) { return owner.substr(owner.rfind('.') + 1); }
 
 Result<void> RunAll(const Session& session, const std::vector<std::string>& lines) {
@@ -71,20 +71,20 @@ Result<void> HeatersOff(const Session& session, const std::string& why) {
   return off;
 }
 
-// Klipper has the last print's figures until the next one begins, or until the file is closed.
+// Klipper reports the last print's figures until the next one begins, or until the file is closed.
 bool PrintedSince(const RunJournal& journal, const machine::PrinterState& now) {
   if (now.print_file.empty() || now.print_file == journal.upload) return false;
   return now.print_file != journal.last_print ||
          !SameValue(now.print_total_s, journal.last_print_s);
 }
 
-/// What becomes of the values that are not as they were before a run.
+/// Values that differ from those before a run, by their treatment.
 struct Remains {
   files::SettingValues back;      ///< still what the run gave them: as they were before it
   files::SettingValues off;       ///< heaters that are on, and that the run heated to that: off
   std::vector<std::string> ours;  ///< both, in words
-  std::vector<std::string> left;  ///< what somebody else has set since, in words
-  std::string print;              ///< that was made since: nothing is changed then
+  std::vector<std::string> left;  ///< values changed by others since, as text
+  std::string print;              ///< print started since: nothing is changed then
 };
 
 Remains RemainsOf(const RunJournal& journal, const machine::PrinterState& now) {
@@ -97,7 +97,7 @@ Remains RemainsOf(const RunJournal& journal, const machine::PrinterState& now) {
     if (IsTarget(name) ? is <= 0 : before == journal.before.end() || SameValue(is, was)) continue;
     if (another_tools) continue;
     if (!remains.print.empty() || !GaveIt(journal, name, is)) {
-      // A heater that the run never touched is nothing that it left.
+      // Skips a heater that the run did not change.
       if (IsTarget(name) && SameValue(is, was)) continue;
       remains.left.push_back(
           fmt::format("{} (before that run {:.4g})", DescribeSetting(name, is), was));
@@ -126,8 +126,8 @@ std::string Describe(const Remains& remains, const char* bring_back, const char*
   return text;
 }
 
-// The G-code state comes back as a whole: what the run did not set, or no longer has its value, is
-// set to what it is now, G-code's offset and origin always.
+// Restores the G-code state as a whole: values that the run did not set, or that have changed
+// since, are set to their present ones, G-code's offset and origin always.
 std::string GcodeStateScript(const RunJournal& journal, const machine::PrinterState& now,
                              const files::SettingValues& back) {
   files::SettingValues modes;
@@ -191,7 +191,8 @@ Result<void> Finish(const Session& session, const settings::ScanSettings& settin
   return Remove(dead.path);
 }
 
-// A journal that says nothing may stand for anything: in doubt the heaters go off.
+// Without a readable journal the run's changes are unknown: the heaters are switched off to be
+// safe.
 Result<void> GiveUp(const Session& session, const fs::path& path, const Error& error) {
   session.Say(
       fmt::format("a run died here, and what has to come back cannot be read: look whether "
@@ -201,7 +202,7 @@ Result<void> GiveUp(const Session& session, const fs::path& path, const Error& e
   return Remove(path);
 }
 
-// Of other ways to write this printer's address: known by the run that the printer names.
+// Finds a run by the name on the printer, if this printer's address was written differently.
 std::optional<DeadRun> RunNamed(const fs::path& state_folder, const std::string& run) {
   for (auto& [path, journal] : files::ReadAllJournals(state_folder)) {
     if (journal.run == run) return DeadRun{path, std::move(journal)};
@@ -229,7 +230,7 @@ void SayWhereItStillPrints(const Session& session, const fs::path& path) {
                   WhatBecameOf(**journal)));
 }
 
-// The address with one name for this computer, and hosts in small letters.
+// Normalises an address: one name for this computer, and hosts in lower case.
 std::optional<machine::MoonrakerAddress> ParsePlain(const std::string& address) {
   auto parsed = machine::ParseMoonrakerAddress(address);
   if (!parsed) return std::nullopt;
@@ -246,8 +247,8 @@ std::string PlainAddress(const std::string& address) {
 }
 
 std::string PrinterName(const std::string& address) {
-  // Moonraker's own ports, and those of the web server before it (Mainsail, Fluidd), which hands
-  // on to the first.
+  // Moonraker's own ports, and those of the web server in front (Mainsail, Fluidd), which forwards
+  // to the first.
   constexpr std::array<std::uint16_t, 4> kSameMoonraker = {7125, 7130, 80, 443};
   auto plain = ParsePlain(address);
   if (!plain || plain->transport == machine::Transport::kUnix) return WithoutSecrets(address);
@@ -285,7 +286,7 @@ Result<std::string> OwnerAtPrinter(const Session& session) {
   const auto owner = macro->find("owner");
   if (owner == macro->end() || !owner->is_string()) return std::string();
   std::string text = owner->get<std::string>().substr(0, kMost);
-  // It goes back to the printer, and to the terminal.
+  // Sanitised, since it is sent to the printer and the terminal.
   std::erase_if(text, [](char c) { return c <= ' ' || c > '~' || c == ';' || c == '#'; });
   return text;
 }
@@ -296,7 +297,8 @@ Result<void> FinishDeadRuns(const Session& session, const settings::ScanSettings
   const fs::path path = files::JournalPath(state_folder, address);
   const auto journal = files::ReadJournal(path);
   const bool ours = journal && *journal && RunOf(owner) == (*journal)->run;
-  // The printer's owner first: while another run has it, nothing of an older one is brought back.
+  // Checks the printer's owner first: while another run has it, nothing of an older one is
+  // restored.
   if (!owner.empty() && !ours) {
     const auto other = RunNamed(state_folder, RunOf(owner));
     if (!other || other->path == path) return tl::unexpected(Taken(owner));

@@ -18,7 +18,7 @@ using ::testing::Not;
 
 class DeadRunTest : public GuardedPrinter {
  protected:
-  // As if the process had ended here, once it had run a script.
+  // Simulates a crash of the process here, after a script.
   void Die(const std::string& script = "G90") {
     const auto path = files::JournalPath(folder_.path(), PlainAddress(address_));
     {
@@ -73,7 +73,7 @@ TEST_F(DeadRunTest, ARunWhosePrinterWasStoppedIsNotSaidToHaveDied) {
     printer_.refused["LASER_OFF"] = "Shutdown due to webhooks request";
     EXPECT_THAT(stopped.Restore(), ::testing::SizeIs(1));
   }
-  // Its owner restarts it.
+  // Its owner restarts the printer.
   printer_.state.readiness = machine::PrinterReadiness::kReady;
   printer_.state.message.clear();
   printer_.refused.clear();

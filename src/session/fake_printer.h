@@ -1,5 +1,5 @@
-// For tests: a printer in memory that notes what it is told and fails where it is asked to. Its
-// methods may be called from several threads; its members are read while none of them runs.
+// Test printer in memory that records its commands and fails on request. Its methods may be called
+// from several threads; its members are read while none of them runs.
 #pragma once
 
 #include <functional>
@@ -21,11 +21,11 @@ class FakePrinter : public machine::Printer {
   std::map<std::string, std::string> refused;       ///< first line -> what the printer answers
   std::map<std::string, bool> unknown;              ///< commands that it does not have
   bool cannot_cancel = false;                       ///< it has no [pause_resume]
-  bool stopped = false;                             ///< by EmergencyStop
-  bool comes_back = true;                           ///< whether WaitUntilReady succeeds
+  bool stopped = false;                             ///< true after EmergencyStop
+  bool comes_back = true;                           ///< true if WaitUntilReady succeeds
   std::vector<std::string> deleted;                 ///< files, in order
   std::map<std::string, std::string> config_files;  ///< beside the configuration
-  /// What Query answers: at first a usual configuration.
+  /// Answer of Query: at first a usual configuration.
   nlohmann::json told = {{"configfile",
                           {{"settings",
                             {{"printer", {{"kinematics", "corexy"}}},
@@ -33,7 +33,7 @@ class FakePrinter : public machine::Printer {
                              {"heater_bed", {{"max_temp", 120}}}}}}}};
   std::map<std::string, std::function<void(const nlohmann::json&)>> methods;  ///< registered
   std::vector<std::pair<std::string, nlohmann::json>> events;                 ///< sent, in order
-  /// Answers CallServer; without it there are no such methods.
+  /// Answers CallServer; null: no such methods.
   std::function<Result<nlohmann::json>(const std::string&, const nlohmann::json&)> server;
   std::string lost_at;  ///< the script during which the link goes, once
 
@@ -41,7 +41,7 @@ class FakePrinter : public machine::Printer {
     const std::lock_guard lock(mutex_);
     return scripts.size();
   }
-  /// The last script that holds this; empty: none does.
+  /// Returns the last script that contains this text; empty: none does.
   [[nodiscard]] std::string LastScriptWith(const std::string& part) const {
     const std::lock_guard lock(mutex_);
     for (auto script = scripts.rbegin(); script != scripts.rend(); ++script) {

@@ -17,13 +17,13 @@ using machine::FrameFault;
 
 namespace {
 
-// Longer than any camera server on a local network was seen to hold a frame without saying so.
+// Longer than the unreported delays seen from any camera server on a local network.
 constexpr double kLongestUntold_s = 0.2;
-// Some ten seconds of a camera's pictures; a disk that has not taken them by then will not.
+// Some ten seconds of a camera's pictures; a disk that is further behind will not recover.
 constexpr std::size_t kMostWaitingBytes = std::size_t{96} << 20;
-constexpr double kSettle_s = 60;  // for the disk to take what waits
+constexpr double kSettle_s = 60;  // for the disk to write the queue
 
-// No frame was taken earlier than this.
+// Returns the earliest possible capture time.
 double TakenAfter_s(const CapturedFrame& frame) {
   return OnOurClock(frame) ? frame.captured->time_s : frame.arrival_s - kLongestUntold_s;
 }
@@ -48,11 +48,11 @@ Error Changed(const std::string& what) {
 
 }  // namespace
 
-// Two machines that were booted within seconds of each other are less likely than one machine; and
-// should it be so, the pictures themselves contradict.
+// Two machines booted within seconds of each other are less likely than one machine; in that case,
+// the pictures themselves contradict.
 bool OnOurClock(const machine::CapturedFrame& frame) {
   constexpr double kLongestDelivery_s = 5;
-  constexpr double kGrain_s = 0.002;  // of the stamps
+  constexpr double kGrain_s = 0.002;  // resolution of stamps
   if (!frame.captured) return false;
   if (frame.captured->clock == machine::CameraClock::kOurs) return true;
   const double delay_s = frame.arrival_s - frame.captured->time_s;
@@ -93,7 +93,7 @@ void FrameRecorder::Fetch(const std::stop_token& stop) {
     std::unique_lock lock(mutex_, std::defer_lock);
     if (next && *next) {
       fetched.push_back({**std::move(next), ++fetched_, recording_});
-      // Whoever holds the lock may have lost its processor: the next frame takes this one along.
+      // The lock's holder may have lost its processor: the next frame takes this one along.
       if (!camera_.live()) {
         lock.lock();
       } else if (!lock.try_lock()) {
@@ -175,7 +175,7 @@ void FrameRecorder::Take(Fetched fetched, bool stored) {
   latest_ = std::move(fetched.frame);
 }
 
-// Until everything that was fetched has been taken.
+// Waits until all fetched frames are processed.
 void FrameRecorder::Settle(std::unique_lock<std::mutex>& lock) {
   changed_.wait_for(lock, std::chrono::duration<double>(kSettle_s),
                     [&] { return waiting_.empty() && !storing_; });

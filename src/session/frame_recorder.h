@@ -1,4 +1,4 @@
-// Takes a camera's frames as they come, on a thread of its own, and keeps those of one sweep.
+// Receives a camera's frames on a thread of its own, and stores those of one sweep.
 #pragma once
 
 #include <atomic>
@@ -21,13 +21,13 @@
 
 namespace trammel::procedure {
 
-/// Whether the frame says when it was taken, on this machine's monotonic clock.
+/// True if the frame has a capture time, on this machine's monotonic clock.
 [[nodiscard]] bool OnOurClock(const machine::CapturedFrame& frame);
 
-/// Whether the frame is kept: whole, and of the size of those before it.
+/// True if the frame is usable: whole, and of the size of those before it.
 [[nodiscard]] bool IsSound(const machine::CapturedFrame& frame);
 
-/// Where the frames of a recording go, one after the other.
+/// Sink of a recording's frames, in order.
 class FrameSink {
  public:
   virtual ~FrameSink() = default;
@@ -35,9 +35,9 @@ class FrameSink {
   [[nodiscard]] virtual Result<void> Finish() = 0;
 };
 
-/// Reads the camera all the time, so that frames are never late for want of a reader: one thread
-/// does nothing but fetch and stamp them, before other threads where the system allows it; another
-/// writes them to disk. Between Begin() and End() every frame is written and kept, undecoded.
+/// Reads the camera all the time, so that frames are never late for lack of a reader: one thread
+/// only fetches and stamps them, with raised priority if the system allows it; another writes them
+/// to disk. Between Begin() and End() every frame is written and stored, undecoded.
 class FrameRecorder {
  public:
   /// @param stall_s  a camera that sends nothing for so long has stalled: an error for what
@@ -48,37 +48,37 @@ class FrameRecorder {
   ~FrameRecorder() =
       default;  // the threads are stopped and joined first: they are the last members
 
-  /// The next sound frame that arrives after this call. Errors: the camera's, kInterrupted, or
-  /// kMachine where none comes within the time limit.
+  /// Returns the next sound frame that arrives after this call. Errors: the camera's, kInterrupted,
+  /// or kMachine if none arrives within the time limit.
   [[nodiscard]] Result<machine::CapturedFrame> NextFrame(double time_limit_s,
                                                          const std::stop_token& stop);
 
   /// Starts recording into a new video. Errors: those of VideoWriter::Create.
   [[nodiscard]] Result<void> Begin(const std::filesystem::path& video, double frames_per_s);
-  /// Starts recording into anything else.
+  /// Starts recording into another sink.
   void Begin(std::unique_ptr<FrameSink> sink);
 
-  /// Waits until the recording holds so many sound frames that were taken after a moment on
-  /// HostNow()'s clock, however slowly the camera delivers; at most for the time limit, for then
-  /// the camera or the disk is at fault, which End() says.
+  /// Waits until the recording contains so many sound frames taken after a moment on HostNow()'s
+  /// clock, however slow the camera; at most for the time limit. Then the camera or the disk is at
+  /// fault, which End() reports.
   void WaitForFrames(std::size_t count, double taken_after_s, double time_limit_s,
                      const std::stop_token& stop);
 
-  /// Ends the recording and gives its frames: those written to the video, in its order. A camera
-  /// that failed meanwhile or sent mostly damage, or a disk that failed or fell behind, is the
-  /// error; the video keeps what came before.
+  /// Ends the recording and returns its frames: those written to the video, in its order. Errors: a
+  /// camera that failed meanwhile or sent mostly damage, or a disk that failed or fell behind; the
+  /// video contains the frames before.
   [[nodiscard]] Result<std::vector<machine::CapturedFrame>> End();
 
-  /// How the thread that fetches frames is scheduled.
+  /// Returns the scheduling of the thread that fetches frames.
   [[nodiscard]] ThreadPriority priority() const;
 
  private:
   struct Fetched {
     machine::CapturedFrame frame;
-    std::uint64_t number = 0;     // of all frames, from 1
-    std::uint64_t recording = 0;  // that was under way; 0: none
+    std::uint64_t number = 0;     // number over all frames, from 1
+    std::uint64_t recording = 0;  // active recording; 0: none
   };
-  /// Runs a thread's work; what it throws is the recording's error.
+  /// Runs a thread's work; an exception becomes the recording's error.
   void Guard(const std::function<void()>& work);
   void Fetch(const std::stop_token& stop);
   void HandOver(std::deque<Fetched>& fetched, std::unique_lock<std::mutex>& lock,
@@ -90,14 +90,14 @@ class FrameRecorder {
   machine::FrameSource& camera_;
   double stall_s_;
   std::atomic<std::uint64_t> fetched_ = 0;
-  std::atomic<std::uint64_t> recording_ = 0;  // that frames fetched now belong to; 0: none
+  std::atomic<std::uint64_t> recording_ = 0;  // recording of frames fetched now; 0: none
   mutable std::mutex mutex_;                  // never held while anything waits for disk or camera
   std::condition_variable_any changed_;
   ThreadPriority priority_;
-  std::deque<Fetched> waiting_;  // for the disk
+  std::deque<Fetched> waiting_;  // to be written to disk
   std::size_t waiting_bytes_ = 0;
   bool storing_ = false;          // a frame is on its way to the disk; the sink is then not ours
-  std::optional<Error> failure_;  // of the camera; final
+  std::optional<Error> failure_;  // camera failure; final
   std::optional<Error> stall_;    // while recording, or without a frame since
   std::optional<machine::CapturedFrame> latest_;
   std::uint64_t latest_number_ = 0;
@@ -105,9 +105,9 @@ class FrameRecorder {
   std::unique_ptr<FrameSink> sink_;
   std::optional<Error> write_failure_;
   std::vector<machine::CapturedFrame> kept_;
-  std::size_t damaged_ = 0;  // of this recording
+  std::size_t damaged_ = 0;  // in this recording
   std::string first_damage_;
-  std::string last_damage_;  // of the frames since the last sound one
+  std::string last_damage_;  // since the last valid frame
   std::jthread store_;
   std::jthread fetch_;
 };

@@ -51,7 +51,7 @@ TEST(FrameRecorder, OfPicturesThatNeverComeWholeTheErrorSaysWhatIsWrongWithThem)
   FaultyCamera camera(FrameFault::kCutOff, "packets of it are missing");
   FrameRecorder recorder(camera, 5);
   auto frame = recorder.NextFrame(0.3, {});
-  // On a machine under load the reader's thread may come late.
+  // On a busy machine the reader's thread may be late.
   for (int i = 0; i < 30 && camera.taken == 0; ++i) frame = recorder.NextFrame(0.3, {});
   frame = recorder.NextFrame(0.3, {});
   ASSERT_FALSE(frame);

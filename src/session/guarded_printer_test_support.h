@@ -1,4 +1,4 @@
-// For tests: a printer in memory, and the guard of a run that has it.
+// Test fixture: a printer in memory, and the guard of a run on it.
 #pragma once
 
 #include <gtest/gtest.h>

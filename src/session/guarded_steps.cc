@@ -14,8 +14,8 @@ namespace {
 constexpr double kAsk_s = 10;
 constexpr double kHome_s = 300;
 
-// Klipper answers calls for a moment longer than it does what they ask: where it stops or restarts
-// right after a failure, that is the reason.
+// Klipper answers calls slightly longer than it executes them: a stop or restart right after a
+// failure is its reason.
 Result<void> WithReason(const Session& session, Result<void> done) {
   constexpr double kSettle_s = 0.7;
   if (done || done.error().kind != ErrorKind::kMachine) return done;
@@ -31,7 +31,7 @@ Result<void> WithReason(const Session& session, Result<void> done) {
   return Fail(reason + done.error().message, ErrorKind::kMachine);
 }
 
-// A printer without a limit is used all the same, by somebody who knows that it has none.
+// A printer without a limit may be used by a user who is informed.
 void SayWhereThereIsNoLimit(const Session& session) {
   if (session.has_limit) return;
   session.Say(
@@ -40,14 +40,14 @@ void SayWhereThereIsNoLimit(const Session& session) {
                   kKeepAlive));
 }
 
-// Named at its cause, whatever failed in consequence.
+// Names a restart as the cause of later failures.
 Result<void> NameRestart(Result<void> done, bool restarted) {
   if (done || !restarted || done.error().kind == ErrorKind::kInterrupted) return done;
   return Fail("the printer was restarted in the middle: " + done.error().message,
               ErrorKind::kMachine);
 }
 
-// Ends what a dead run still prints, then looks at everything that can be looked at unmoved.
+// Ends a dead run's print, then makes all checks that need no motion.
 Result<void> Check(const Session& session, const GuardedSteps& run, const RunIdentity& identity) {
   session.Tell({.text = "checking the printer", .remaining_s = {}, .phase = "checking"});
   if (identity.prints) {
@@ -97,7 +97,7 @@ namespace {
 
 using machine::PrinterReadiness;
 
-// A script waits behind what is still queued: about 2 s of motion, or a slow sweep.
+// Time limit of a script behind queued moves: about 2 s of motion, or a slow sweep.
 constexpr double kScript_s = 60;
 
 // @param job  of somebody else, which ends by that; empty: there is none.
@@ -130,7 +130,7 @@ std::vector<std::string> SwitchLaserOff(const Session& session, const std::strin
                                         bool lit) {
   const auto off = session.printer.Run(laser_off_gcode, {kScript_s});
   if (off) {
-    // The pin changes where the moves before it end, 2 s later at most.
+    // The pin changes at the end of the moves before it, 2 s later at most.
     const auto ended = lit ? session.printer.FinishMoves({kAsk_s}) : off;
     if (ended) return {};
     return {fmt::format(
@@ -138,17 +138,17 @@ std::vector<std::string> SwitchLaserOff(const Session& session, const std::strin
         laser_off_gcode, ended.error().message)};
   }
   const std::string& why = off.error().message;
-  // Asked anew: what the printer last told by itself may be older than what just failed. A link
-  // that is gone is known; behind one that is not, a printer that tells nothing has a laser all the
-  // same.
+  // Queries again: the printer's last report may be older than the failure. A lost link is known;
+  // behind an intact one the laser may be on even if the printer reports nothing.
   const auto now = session.printer.State({kAsk_s});
   const auto readiness = now ? now->readiness : session.printer.LastState().readiness;
-  // May come back by itself, and is asked again then.
+  // May recover by itself, and is queried again then.
   if (readiness == PrinterReadiness::kDisconnected || readiness == PrinterReadiness::kStartup) {
     return {why};
   }
   if (now && readiness != PrinterReadiness::kReady) return {DescribeShutdown(*now)};
-  // A printer whose laser was never lit is not stopped where the command waits behind another's.
+  // A printer whose laser was never lit is not stopped, since the command may only be waiting for
+  // another's.
   if (!lit) {
     session.Say(
         fmt::format("{} failed, and nothing was stopped for it, because this run had not "

@@ -1,5 +1,4 @@
-// Runs steps on a printer that they have to themselves: the checks before, what is brought back
-// after.
+// Runs steps with exclusive use of a printer: the checks before, and the restoration after.
 #pragma once
 
 #include <functional>
@@ -19,36 +18,36 @@ struct GuardedSteps {
   RunIdentity identity;  ///< a state folder that is empty: files::StateFolder(). Its address is
                          ///< that of the settings
   ParkPlace park;        ///< of the nozzle of a print that was not finished
-  /// Moves nothing; an error ends the run before anything was changed.
+  /// Moves nothing; an error ends the run before any change.
   std::function<Result<void>(const Session&)> check;
   std::function<Result<void>(const Session&, PrinterStateGuard&)> steps;
 };
 
 struct GuardedOutcome {
   Result<void> done;
-  std::vector<std::string> unrestored;  ///< what could not be brought back to how it was
+  std::vector<std::string> unrestored;  ///< states that could not be restored
 };
 
-/// Ends what a dead run still prints, checks, takes the printer, runs the steps. Whatever happens,
-/// everything comes back that PrinterStateGuard brings back. An error names a stop, or a restart,
-/// that was its cause.
-/// @param session  receives what the run is called at the printer (PrinterStateGuard::Take).
+/// Ends a dead run's print, runs the checks, claims the printer, runs the steps. In any case
+/// everything in PrinterStateGuard's scope is restored. An error names a stop, or a restart, that
+/// caused it.
+/// @param session  receives the run's name at the printer (PrinterStateGuard::Take).
 [[nodiscard]] GuardedOutcome RunGuarded(Session& session, const GuardedSteps& run);
 
-/// Homes where an axis is not, where nobody else has the printer. Errors: the printer's.
+/// Homes unhomed axes, if no other job has the printer. Errors: the printer's.
 [[nodiscard]] Result<void> HomeWhereItIsNot(const Session& session);
 
-// Switches a laser off, whatever it takes.
+// Switches a laser off by any means necessary.
 
-/// Describes a printer that has shut down: what holds for laser and heaters, and the remedy.
+/// Describes a printer that has shut down: state of laser and heaters, and the remedy.
 [[nodiscard]] std::string DescribeShutdown(const machine::PrinterState& now);
 
-/// Runs the command that switches the laser off. Where that fails and the laser may be on, the
-/// printer is stopped instead, and somebody else's job that ends by it is named; where this run
-/// never lit the laser, the failure is only told. A printer that is away or has shut down is not
-/// stopped. Ignores the session's stop.
-/// @param lit  whether the session may have switched the laser on.
-/// @returns one sentence for each thing that a person has to see to; empty: go on.
+/// Runs the command that switches the laser off. If that fails and the laser may be on, the printer
+/// is stopped instead, and another's job that this ends is named. If this run never lit the laser,
+/// the failure is only reported. A printer that is unreachable or has shut down is not stopped.
+/// Ignores the session's stop.
+/// @param lit  true if the session may have switched the laser on.
+/// @returns one sentence for each problem that a person must solve; empty: none.
 [[nodiscard]] std::vector<std::string> SwitchLaserOff(const Session& session,
                                                       const std::string& laser_off_gcode, bool lit);
 

@@ -1,4 +1,4 @@
-// Whoever stands beside the machine: is asked before it moves, and does what it cannot do itself.
+// Operator beside the machine: is asked before it moves, and does what it cannot do itself.
 #pragma once
 
 #include <functional>
@@ -9,31 +9,30 @@
 
 namespace trammel::procedure {
 
-/// Answered by yes or no.
+/// Question with the answers yes and no.
 struct Question {
   std::string name;  ///< one word, by which the answer can be given beforehand
-  std::string text;  ///< what yes leads to
+  std::string text;  ///< effect of yes
 };
 
 class Person {
  public:
   virtual ~Person() = default;
 
-  /// That the question can be asked, or was answered beforehand: to be looked at before anything
-  /// that leads to it. Errors (kInput): neither, with what to give.
+  /// Checks that the question can be asked, or was answered beforehand: to be called before any
+  /// step that leads to it. Errors (kInput): neither, with the missing option.
   [[nodiscard]] virtual Result<void> CheckCanAnswer(const std::string& name) const = 0;
 
-  /// Whether yes was given beforehand, for this very question.
+  /// True if the user approved this very question beforehand.
   [[nodiscard]] virtual bool AnsweredBefore(const std::string& name) const = 0;
 
-  /// Asks, and waits for the answer; what was typed before the question answers nothing.
+  /// Asks, and waits for the answer; ignores input typed before the question.
   /// @param meanwhile  called about once a second; its error ends the question. May be empty
-  /// Errors: kInterrupted where the user stops it, or nobody is there any more; kInput as
-  /// CheckCanAnswer.
+  /// Errors: kInterrupted if the user stops it, or the terminal is gone; kInput as CheckCanAnswer.
   [[nodiscard]] virtual Result<bool> Confirm(const Question& question,
                                              const std::function<Result<void>()>& meanwhile) = 0;
 
-  /// A line, where one is typed within the time; where nobody can type it only waits.
+  /// Returns a line typed within the time; only waits if there is no input.
   /// Errors: kInterrupted.
   [[nodiscard]] virtual Result<std::optional<std::string>> LineWithin(double time_s) = 0;
 };

@@ -17,7 +17,7 @@ using machine::PrinterState;
 
 constexpr double kCommand_s = 30;
 constexpr double kUpload_s = 120;
-constexpr double kReturn_s = 60;  // of a lost connection; the guard waits for it once more
+constexpr double kReturn_s = 60;  // to reconnect; the guard then waits once more
 constexpr double kNearTarget_c = 3;
 
 double Temperature(const PrinterState& state, const std::string& heater) {
@@ -25,7 +25,7 @@ double Temperature(const PrinterState& state, const std::string& heater) {
   return found == state.heaters.end() ? std::nan("") : found->second.temperature_c;
 }
 
-// Says something now and then while a state is waited for.
+// Reports progress now and then during a wait.
 class Repeatedly {
  public:
   bool Due() {
@@ -45,15 +45,15 @@ bool HasTarget(const PrinterState& state, const std::string& heater, double targ
   return found != state.heaters.end() && SameValue(found->second.target_c, target_c);
 }
 
-// That a heater still has the target that it was given.
+// Checks that a heater still has the target that was set.
 Result<void> CheckTarget(const Session& session, const std::string& heater, double target_c) {
   if (HasTarget(session.printer.LastState(), heater, target_c)) return {};
-  // The printer's time-out calls itself idle once its commands have run.
+  // The printer's time-out reports idle once its commands have run.
   constexpr double kIdle_s = 1;
   const auto idle = session.printer.WaitUntil(
       [](const PrinterState& state) { return state.idle_state == "Idle"; },
       "the printer to be idle", session.Within(kIdle_s));
-  // A restart takes the target first, and names itself a moment later.
+  // A restart clears the target first, and is reported a moment later.
   TRY(CheckStillReady(session));
   const auto state = session.printer.LastState();
   const auto found = state.heaters.find(heater);
@@ -73,7 +73,7 @@ Result<void> CheckTarget(const Session& session, const std::string& heater, doub
               ErrorKind::kMachine);
 }
 
-// Sets the target, and waits until the heater is as warm, or as cold, as that.
+// Sets the target, and waits until the heater has reached it, rising or falling.
 Result<void> ReachTarget(const Session& session, const std::string& heater, double target_c,
                          double time_limit_s, bool cools) {
   TRY(KeepAlive(session));
@@ -107,7 +107,7 @@ Result<void> ReachTarget(const Session& session, const std::string& heater, doub
               reached.error().kind);
 }
 
-// What the file's macros heat is not in its text: the heaters' targets are noted as they come.
+// Heaters set by the file's macros are not in its text: their targets are noted when they appear.
 void NoteTargets(const Session& session, const PrinterState& state) {
   if (!session.note) return;
   std::string lines;
@@ -117,8 +117,8 @@ void NoteTargets(const Session& session, const PrinterState& state) {
   (void)session.note(lines);  // a print that runs already is not ended for it
 }
 
-// Until the file is no longer being printed. A print goes on without us: a lost connection is
-// waited for.
+// Waits until the file is no longer being printed. A print continues without us: a lost connection
+// is waited for.
 Result<PrinterState> WatchPrint(const Session& session, double limit_s, double filament_mm) {
   Repeatedly repeatedly;
   const auto ended = [&](const PrinterState& state) {
@@ -139,7 +139,7 @@ Result<PrinterState> WatchPrint(const Session& session, double limit_s, double f
 }
 
 Result<void> WaitForPrint(const Session& session, const PrintOptions& options) {
-  // What was printed before may still stand there as complete.
+  // The last print may still be shown as complete.
   TRY(session.printer.WaitUntil(
       [&](const PrinterState& state) {
         const bool ours = state.print_file == session.own_file && state.print_state != "standby";
@@ -224,9 +224,9 @@ Result<void> Print(const Session& session, std::string_view gcode, const PrintOp
 
 namespace {
 
-// A script waits behind what is still queued: about 2 s of motion, or a slow sweep.
+// Time limit of a script behind queued moves: about 2 s of motion, or a slow sweep.
 constexpr double kScript_s = 60;
-// Behind a macro of the start code that heats, too: Klipper does nothing else before it has ended.
+// Also covers a heating macro of the start code: Klipper does nothing else before its end.
 constexpr double kCancel_s = 900;
 constexpr double kAsk_s = 10;
 
@@ -257,7 +257,7 @@ void LiftAndPark(const Session& session, const ParkPlace& park, EndedPrint& ende
   }
 }
 
-// Without [pause_resume] nobody knows how to cancel; closing the file ends its print, too.
+// Without [pause_resume] there is no cancel command; closing the file ends its print, too.
 Result<void> Cancel(const Session& session) {
   session.Say("cancelling the print, once the command that it is at has ended");
   const auto cancelled = session.printer.CancelPrint({kCancel_s});
@@ -278,7 +278,7 @@ EndedPrint EndOwnPrint(const Session& session, const machine::PrinterState& now,
     if (auto cancelled = Cancel(session); !cancelled) {
       const auto then = session.printer.State({kAsk_s});
       if (then && then->readiness == machine::PrinterReadiness::kShutdown) {
-        // Klipper leaves the print of a printer that shut down as paused.
+        // After a shutdown Klipper reports the print as paused.
         ended.failed.push_back(DescribeShutdown(*then));
         if (park) LiftAndPark(session, *park, ended);
         return ended;

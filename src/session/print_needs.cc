@@ -18,7 +18,7 @@ namespace {
 using machine::PrinterFacts;
 
 constexpr double kAsk_s = 10;
-constexpr double kRounding = 1e-6;  // of numbers that went through a text
+constexpr double kRounding = 1e-6;  // tolerance for numbers printed as text
 
 std::string NotStated(std::string_view name, std::string_view section) {
   return fmt::format(
@@ -27,10 +27,10 @@ std::string NotStated(std::string_view name, std::string_view section) {
       name, section);
 }
 
-// What is in force, and how it comes back where somebody lowered it since Klipper started.
+// Limit in force, and its configured value, in case somebody lowered it since Klipper started.
 struct Limit {
-  const char* name;       // in [printer]
-  const char* parameter;  // of SET_VELOCITY_LIMIT
+  const char* name;       // key in [printer]
+  const char* parameter;  // in SET_VELOCITY_LIMIT
   const char* unit;
   double in_force = 0;
   double configured = 0;
@@ -55,7 +55,7 @@ std::optional<std::string> FindBeyond(const Limit& limit, double needed, const P
                             limit.name, needs.motion_settings));
 }
 
-// Finds what a print cannot do without and every Klipper states.
+// Finds missing facts that a print requires and every Klipper states.
 std::optional<Check> FindUnknown(const PrinterFacts& facts, const PrintNeeds& needs) {
   constexpr const char* kName = "printer.cfg";
   if (needs.printed_before) return std::nullopt;
@@ -87,7 +87,7 @@ Check CompareLimits(const PrinterFacts& facts, const PrintNeeds& needs) {
     auto beyond = FindBeyond(speed, motion.speed_mm_s, needs);
     if (!beyond) {
       beyond = FindBeyond(acceleration, motion.acceleration_mm_s2, needs);
-      // As long a way to full speed, so that as much of each line is steady.
+      // Same acceleration distance, so that as much of each line is steady.
       const double most_mm_s2 =
           acceleration.in_force > 0 ? acceleration.in_force : acceleration.configured;
       if (beyond && motion.speed_mm_s > 0 && most_mm_s2 > 0) {
@@ -106,7 +106,7 @@ Check CompareLimits(const PrinterFacts& facts, const PrintNeeds& needs) {
 
 Check CompareFilament(const PrinterFacts& facts, const PrintNeeds& needs) {
   constexpr const char* kName = "filament";
-  // A caliper's value may differ from the nominal one by what filament is sold with.
+  // Tolerance between a measured and the nominal diameter: that of filament on sale.
   constexpr double kMeasured_mm = 0.05;
   const double ours_mm = needs.filament_diameter_mm;
   if (!facts.filament_diameter_mm) return Pass(kName, "its diameter is not stated");
@@ -137,14 +137,14 @@ Check CompareNozzle(const PrinterFacts& facts, const PrintNeeds& needs) {
   return Pass(kName, fmt::format("{:g} mm", theirs_mm));
 }
 
-// Computes a bead's area as Klipper does: by the filament of its own configuration.
+// Computes a bead's area as Klipper does: from the filament diameter of its own configuration.
 double BeadOnPrinter_mm2(const PrinterFacts& facts, const PrintNeeds& needs) {
   if (!facts.filament_diameter_mm || needs.filament_diameter_mm <= 0) return needs.bead_mm2;
   const double wider = *facts.filament_diameter_mm / needs.filament_diameter_mm;
   return needs.bead_mm2 * wider * wider;
 }
 
-// Computes how long the longest piece of filament moves alone; 0 where that is not known.
+// Computes the duration of the longest motion of filament alone; 0 if unknown.
 double MovesAlone_s(const PrinterFacts& facts, const PrintNeeds& needs) {
   if (needs.pushed_alone_mm <= 0 || needs.pushed_alone_mm_s <= 0) return 0;
   const double speed_mm_s =
@@ -157,7 +157,7 @@ double MovesAlone_s(const PrinterFacts& facts, const PrintNeeds& needs) {
   return 2 * std::sqrt(needs.pushed_alone_mm / *facts.max_extrude_only_accel_mm_s2);
 }
 
-// What Klipper would refuse in the middle of the print, or do at its own pace.
+// Checks for moves that Klipper would refuse in mid-print, or slow down.
 std::optional<Check> FindTooMuch(const PrinterFacts& facts, const PrintNeeds& needs) {
   const double bead_mm2 = BeadOnPrinter_mm2(facts, needs);
   if (facts.max_extrude_cross_section_mm2 && bead_mm2 > *facts.max_extrude_cross_section_mm2) {
@@ -176,8 +176,8 @@ std::optional<Check> FindTooMuch(const PrinterFacts& facts, const PrintNeeds& ne
                                          needs.pushed_alone_mm, facts.extruder,
                                          *facts.max_extrude_only_distance_mm));
   }
-  // A nozzle that stands longer oozes a blob onto the line's start. Our choice: 60 times what the
-  // default retraction takes, and more than a Bowden tube's.
+  // A nozzle at rest for longer oozes a blob onto the line's start. Our choice: 60 times the
+  // default retraction's time, and more than a Bowden tube's.
   constexpr double kLongest_s = 1;
   const double asked_s = MovesAlone_s({}, needs), alone_s = MovesAlone_s(facts, needs);
   if (alone_s > std::max(kLongest_s, 1.2 * asked_s)) {
@@ -192,7 +192,8 @@ std::optional<Check> FindTooMuch(const PrinterFacts& facts, const PrintNeeds& ne
   return std::nullopt;
 }
 
-// Klipper slows down between two stretches whose filament per mm differs, if only by rounding.
+// Checks that Klipper does not slow down between two stretches whose filament per mm differs, if
+// only by rounding.
 std::optional<Check> FindStops(const PrinterFacts& facts) {
   // Positions have 1 um, filament 0.01 um: stretches of 4 mm differ by 2.8e-5, and pass at 35 mm/s.
   constexpr double kLeast_mm_s = 0.001;
@@ -204,8 +205,8 @@ std::optional<Check> FindStops(const PrinterFacts& facts) {
                             facts.extruder, *facts.instantaneous_corner_velocity_mm_s));
 }
 
-// A longer smoothing spreads filament from one speed change to the other: answers of virtual lines
-// come out 1 to 5 ms too high.
+// Checks the smoothing time: a longer one spreads filament from one speed change to the other, and
+// answers of virtual lines are 1 to 5 ms too high.
 std::optional<Check> FindSmoothing(const PrinterFacts& facts) {
   constexpr double kLongest_s = 0.06;  // tuned on virtual prints, seeds below 1000
   for (const auto& [section, smooth_s] : facts.smooth_times_s) {

@@ -52,7 +52,7 @@ PrintNeeds Pattern() {
   return needs;
 }
 
-/// Why it is refused; empty where it is not. Whatever is refused is refused for safety.
+/// Returns why it is refused; empty if it is not. Every refusal is for safety.
 std::string Refusal(const PrinterFacts& facts, const PrintNeeds& needs) {
   const auto failed = FirstFailure(CompareFacts(facts, needs), ErrorKind::kMachine);
   if (failed) return "";
@@ -328,7 +328,7 @@ TEST(PrinterFacts, OfAKinematicsThatNobodyKnowsACircleIsReached) {
   }
 }
 
-/// What a printer of the shared folder states; nothing where there is none.
+/// Reads the facts of a printer in the shared folder; nothing if there is none.
 std::optional<PrinterFacts> Shared(const std::string& file) {
   const char* data = std::getenv("TRAMMEL_TEST_DATA");
   if (data == nullptr) return std::nullopt;

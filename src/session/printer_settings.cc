@@ -20,12 +20,12 @@ using machine::PrinterState;
 
 constexpr std::array<const char*, 3> kAxes = {"x", "y", "z"};
 
-// How a setting is said and set. A command that is no parameter of another one stands alone.
+// Name and command of a setting. A command that is no parameter of another is complete.
 struct Kind {
   std::string_view name;
   std::string_view words;
   std::string_view unit;
-  std::string_view parameter;  // of the command that sets it; empty: ModeLine
+  std::string_view parameter;  // parameter of the setting command; empty: ModeLine
 };
 
 constexpr std::array<Kind, 12> kKinds = {{
@@ -67,7 +67,7 @@ std::string ModeLine(const std::string& kind, double value) {
   return "";
 }
 
-// The command of which a setting is a parameter.
+// Returns the command that has a setting as a parameter.
 std::string CommandOf(const Split& name) {
   if (name.section.empty()) return "SET_VELOCITY_LIMIT";
   const std::string object = machine::NameInGcode(name.section);
@@ -76,7 +76,7 @@ std::string CommandOf(const Split& name) {
          object;
 }
 
-/// A line of G-code: "G1" with X -> "5", "SET_PRESSURE_ADVANCE" with ADVANCE -> "0.03".
+/// Line of G-code: "G1" with X -> "5", "SET_PRESSURE_ADVANCE" with ADVANCE -> "0.03".
 struct Command {
   std::string name;
   std::map<std::string, std::string> parameters;
@@ -116,7 +116,7 @@ Command ParseCommand(std::string_view line) {
   return command;
 }
 
-/// Goes through G-code and notes what is set.
+/// Parses G-code and records the settings that it changes.
 class Finder {
  public:
   explicit Finder(const PrinterState& now) : now_(now), extruder_(now.active_extruder) {}
@@ -157,7 +157,7 @@ class Finder {
     }
   }
 
-  // As Klipper reads it: S, else the lower of P and T.
+  // Reads it like Klipper: S, else the lower of P and T.
   void NoteAcceleration(const Command& command) {
     const auto s = command.Number("S"), p = command.Number("P"), t = command.Number("T");
     Note("max_accel", s ? s : p && t ? std::optional(std::min(*p, *t)) : std::nullopt);
@@ -178,7 +178,7 @@ class Finder {
     return tool ? Extruder(fmt::format("{:.0f}", *tool)) : extruder_;
   }
 
-  // The sections that G-code calls so.
+  // Returns the section with this G-code name.
   [[nodiscard]] std::string Motor(const std::string& name) const {
     for (const auto& [section, motor] : now_.pressure_advance) {
       if (machine::NameInGcode(section) == name) return section;
@@ -267,7 +267,7 @@ std::vector<std::string> SettingLines(const SettingValues& values) {
   }
   const auto accel = values.find("max_accel"), cruise = values.find("minimum_cruise_ratio");
   if (accel != values.end() && cruise != values.end()) {
-    // By which a Klipper before 2024 knows the ratio; later ones ignore it beside that.
+    // Equivalent of the ratio for a Klipper before 2024; later ones ignore it beside that.
     for (auto& [command, parameters] : lines) {
       if (command != "SET_VELOCITY_LIMIT") continue;
       parameters += fmt::format(" ACCEL_TO_DECEL={}", accel->second * (1 - cruise->second));

@@ -1,5 +1,5 @@
-// The settings of a printer that G-code changes: read from its status, found in G-code, turned into
-// G-code and words.
+// Printer settings that G-code changes: read from its status, found in G-code, converted to G-code
+// and text.
 #pragma once
 
 #include <map>
@@ -13,22 +13,22 @@
 
 namespace trammel::procedure {
 
-/// All of them, as they are now.
+/// Returns all settings as they are now.
 [[nodiscard]] files::SettingValues SettingsOf(const machine::PrinterState& state);
 
-/// Every value that a G-code text gives to a setting by plain commands; what macros do is unknown.
+/// Returns every value that plain commands in a G-code text set; the effect of macros is unknown.
 /// @param now  names the sections, and the extruder that is active at the beginning
 [[nodiscard]] std::map<std::string, std::set<double>> SettingsIn(std::string_view gcode,
                                                                  const machine::PrinterState& now);
 
-/// Whether two values of a setting are the same, but for rounding in the status.
+/// True if two values of a setting are equal, but for rounding in the status.
 [[nodiscard]] bool SameValue(double a, double b);
 
-/// Whether a run gave a setting this value, as its journal has it.
+/// True if a run set this value, by its journal.
 [[nodiscard]] bool GaveIt(const files::RunJournal& journal, const std::string& name, double value);
 
-/// The commands that set these values: one for limits, one for each motor, one for each heater.
-/// G-code's offset is never among them.
+/// Returns the commands that set these values: one for limits, one for each motor, one for each
+/// heater. Never includes G-code's offset.
 [[nodiscard]] std::vector<std::string> SettingLines(const files::SettingValues& values);
 
 /// "pressure advance of extruder 0.031 s"
@@ -39,13 +39,13 @@ namespace trammel::procedure {
 [[nodiscard]] std::vector<std::string> Differences(const files::SettingValues& before,
                                                    const files::SettingValues& now);
 
-/// Whether it is a mode or an offset of the G-code interpreter, which SAVE_GCODE_STATE keeps.
+/// True if it is a mode or an offset of the G-code interpreter, which SAVE_GCODE_STATE saves.
 [[nodiscard]] bool IsOfGcodeState(const std::string& name);
 
-/// Whether the setting is a heater's target.
+/// True if the setting is a heater's target.
 [[nodiscard]] bool IsTarget(const std::string& name);
 
-/// SET_HEATER_TEMPERATURE for a heater as the status names it.
+/// Returns SET_HEATER_TEMPERATURE for a heater by its status name.
 [[nodiscard]] std::string TargetLine(const std::string& heater, double target_c);
 
 /// "extruder 205 degC, heater_bed 60 degC": the heaters that are on.

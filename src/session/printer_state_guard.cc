@@ -22,19 +22,19 @@ namespace trammel::procedure {
 namespace {
 
 constexpr double kAsk_s = 10;
-constexpr double kOthers_s = 5;  // of a script behind another's job, which it may wait for
+constexpr double kOthers_s = 5;  // wait of a script queued behind another's job
 constexpr std::chrono::milliseconds kAgain{500};
 
 using files::SettingValues;
 using Clock = std::chrono::steady_clock;
 
-// Whether the printer is somewhere from where it may come back by itself.
+// True if the printer may recover from this state by itself.
 bool IsAway(machine::PrinterReadiness readiness) {
   return readiness == machine::PrinterReadiness::kDisconnected ||
          readiness == machine::PrinterReadiness::kStartup;
 }
 
-// Asked anew: what the printer last told by itself may be older than what just failed.
+// Queries again: the printer's last report may be older than the failure.
 machine::PrinterReadiness ReadinessNow(machine::Printer& printer) {
   const auto state = printer.State({kAsk_s});
   return state ? state->readiness : machine::PrinterReadiness::kDisconnected;
@@ -106,7 +106,7 @@ PrinterStateGuard::PrinterStateGuard(const Session& session, const settings::Sca
 
 PrinterStateGuard::~PrinterStateGuard() {
   if (printer_ == nullptr) return;
-  // What is thrown here would end the process.
+  // An exception here would end the process.
   (void)NoteBug([this] {
     for (const std::string& failure : Restore()) Say(failure, 0);
   });
@@ -114,13 +114,13 @@ PrinterStateGuard::~PrinterStateGuard() {
 
 void PrinterStateGuard::Say(std::string text, double remaining_s) const {
   if (!tell_) return;
-  // Words that cannot be said keep nothing from coming back.
+  // Output that fails must not stop the restoration.
   (void)NoteBug([&] {
     tell_({std::move(text), remaining_s > 0 ? std::optional(remaining_s) : std::nullopt});
   });
 }
 
-// Before anything is changed: what is not on the disk now is not known to the next run.
+// Called before any change: the next run knows only values already on disk.
 Result<void> PrinterStateGuard::Note(const Session& session) {
   before_ = TRY(session.printer.State(session.Within(kAsk_s)));
   files::RunJournal& journal = journal_->run;
@@ -153,7 +153,7 @@ Result<void> PrinterStateGuard::NoteGiven(Journal& journal, const machine::Print
 Result<void> PrinterStateGuard::Claim(const Session& session) {
   auto claimed = KeepAlive(session);
   if (claimed) return {};
-  // Where only the answer was lost, the printer will be ours; of another's this frees nothing.
+  // If only the answer was lost, the printer will be ours; this does not release another's.
   if (has_limit_ && printer_->LastState().abandoned_scripts > 0)
     (void)printer_->Run(fmt::format("{} OWNER={}", kRelease, owner_), {kScript_s});
   std::error_code ignored;
@@ -170,7 +170,7 @@ Result<void> PrinterStateGuard::Begin(const Session& session) {
     if (IsOfGcodeState(name)) journal_->run.before[name] = value;
   }
   TRY(files::WriteJournal(journal_->path, journal_->run));
-  begun_ = true;  // where the answer is lost, it may be saved all the same
+  begun_ = true;  // the state may be saved even if the answer is lost
   return session.printer.Run("SAVE_GCODE_STATE NAME=" + GcodeStateName(journal_->run.run),
                              session.Within(kScript_s));
 }
@@ -181,8 +181,7 @@ bool PrinterStateGuard::RunOne(const std::string& line, double time_limit_s) {
   return done.has_value();
 }
 
-// Its heaters, its pressure advance and its limits are that job's own affair now, and stay so once
-// it has ended.
+// Leaves its heaters, its pressure advance and its limits to that job, even after it has ended.
 void PrinterStateGuard::LeaveToOthers(const std::string& job) {
   left_ = true;
   const auto now = printer_->State({kAsk_s});
@@ -194,8 +193,8 @@ void PrinterStateGuard::LeaveToOthers(const std::string& job) {
                   job, differences.empty() ? "" : ": ", Joined(differences)));
 }
 
-// By the names that they had at the beginning, where the printer does not tell them.
-// @returns which of them had been on, in words.
+// Switches heaters off by their names at the beginning, if the printer does not report them.
+// @returns those that had been on, in words.
 std::string PrinterStateGuard::HeatersOff() {
   std::vector<std::string> on;
   for (const auto& [name, before_c] : journal_->run.before) {
@@ -206,8 +205,8 @@ std::string PrinterStateGuard::HeatersOff() {
   return on.empty() ? "" : "; before, these were on: " + Joined(on);
 }
 
-// It was free of others' jobs a moment ago, and is not known to be so now: nothing is set and
-// nothing stays hot.
+// Handles a printer that was free of others' jobs a moment ago, which is unknown now: sets nothing,
+// and switches the heaters off.
 void PrinterStateGuard::LeaveInDoubt(const std::string& why) {
   if (!lights_on_gcode_.empty()) (void)RunOne(lights_on_gcode_);
   const std::string were_on = HeatersOff();
@@ -290,14 +289,14 @@ void PrinterStateGuard::DeleteUpload() {
   if (!identity_.prints) return;
   const auto now = printer_->LastState();
   auto deleted = printer_->DeleteFile(own_file_, {kAsk_s});
-  // Where nothing was printed there is no file.
+  // Without a print there is no file.
   if (!deleted && now.print_file == own_file_) {
     Say(fmt::format("{} stays among the printer's files: {}", own_file_, deleted.error().message),
         0);
   }
 }
 
-// Without a stop: what was begun is ended however often that is asked for.
+// Returns a session without a stop: a begun step is completed despite any stop request.
 Session PrinterStateGuard::AsSession() const {
   const auto tell = [this](const Progress& progress) {
     Say(progress.text, progress.remaining_s.value_or(0));
@@ -305,7 +304,7 @@ Session PrinterStateGuard::AsSession() const {
   return {*printer_, {}, tell, has_limit_, owner_, own_file_};
 }
 
-// The limit clears the owner of a run that was away for long: another may have come since.
+// Returns another run that took over: the limit clears the owner of a run that was away for long.
 std::string PrinterStateGuard::AnotherOwner() const {
   if (!has_limit_) return "";
   const auto owner = OwnerAtPrinter(AsSession());
@@ -315,7 +314,7 @@ std::string PrinterStateGuard::AnotherOwner() const {
 void PrinterStateGuard::Release() {
   if (!has_limit_) return;
   if (left_) {
-    // It is run once that job lets it, also where it is no longer waited for.
+    // Runs once that job allows it, even if no longer waited for.
     (void)RunOne(fmt::format("{} OWNER={}", kRelease, owner_), kOthers_s);
   } else if (failed_.empty()) {
     (void)RunOne(fmt::format("{} OWNER={}", kRelease, owner_));
@@ -337,12 +336,13 @@ bool PrinterStateGuard::EndPrint(const machine::PrinterState& now, std::string& 
   }
   job = OthersJob(*then, own_file_);
   was_free_ = job.empty();
-  // Limits and pressure advance that came back now would come back into the lines it still prints.
+  // Limits and pressure advance restored now would affect the lines still being printed.
   return OthersJob(*then, "").empty() || !job.empty();
 }
 
 void PrinterStateGuard::BringBackAll() {
-  // A laser that nobody lit has time until the print has ended, behind which its command waits.
+  // A laser that this run never lit can wait for the print's end, behind which its command is
+  // queued.
   if (laser_lit_) failed_ = SwitchLaserOff(AsSession(), laser_off_gcode_, true);
   if (!failed_.empty()) return;
   const auto now = printer_->State({kAsk_s});
@@ -358,7 +358,7 @@ void PrinterStateGuard::BringBackAll() {
     if (!lights_on_gcode_.empty()) (void)RunOne(lights_on_gcode_, kOthers_s);
   } else {
     if (!identity_.without_laser && !laser_lit_) {
-      // It fails on a printer that is gone or shut down, which takes nothing else either.
+      // Fails on a printer that is gone or shut down, which accepts no other command either.
       const auto off = SwitchLaserOff(AsSession(), laser_off_gcode_, false);
       failed_.insert(failed_.end(), off.begin(), off.end());
       if (!off.empty()) return;
@@ -385,18 +385,18 @@ void PrinterStateGuard::BringBack() {
     BringBackAll();
   }
   if (!left_) return;
-  // Nothing of it is for the next run to bring back: it would undo what that job has set.
+  // The next run must restore none of it: it would undo that job's settings.
   lost_.insert(lost_.end(), failed_.begin(), failed_.end());
   failed_.clear();
 }
 
-// Without the note the next run would take this one for dead.
+// Notes the end; without it the next run would assume a crash.
 void PrinterStateGuard::NoteEnd() {
   constexpr std::size_t kMostBytes = 300;
   const auto now = printer_->State({kAsk_s});
   const bool stopped = now && now->readiness == machine::PrinterReadiness::kShutdown;
   const std::string& why = stopped ? now->message : failed_.front();
-  // A message of Klipper's goes on with what to do, in further lines; so does one of ours.
+  // Keeps the cause: messages of Klipper, and ours, continue with the remedy in further lines.
   const std::size_t end = stopped ? why.find('\n') : why.find(": ");
   const std::string first = Utf8OrReplaced(why.substr(0, end), kMostBytes);
   journal_->run.ended = stopped ? fmt::format("the printer was shut down ({})", first) : first;

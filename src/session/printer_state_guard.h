@@ -1,4 +1,4 @@
-// Has the printer to itself, and leaves it as it was found, whatever happens in between.
+// Exclusive use of the printer; its state is restored in any case.
 #pragma once
 
 #include <filesystem>
@@ -18,7 +18,7 @@
 
 namespace trammel::procedure {
 
-/// What a run is called, and where its journal goes.
+/// Name of a run, and the folder of its journal.
 struct RunIdentity {
   std::string run;      ///< unique; as files::IsRunName wants it
   std::string started;  ///< date and time, for people
@@ -26,23 +26,23 @@ struct RunIdentity {
   std::filesystem::path state_folder;
   bool prints = true;            ///< a file of the run's own is uploaded
   bool without_laser = false;    ///< the run knows none: neither laser nor lights are touched
-  bool may_unhome = false;       ///< its print's own end may switch the motors off
+  bool may_unhome = false;       ///< true if its print's end may switch motors off
   bool heaters_end_off = false;  ///< whatever they were at: paper lies on the bed
-  /// Other tools are mounted on the way, and one of them may be in the end: pressure advance comes
-  /// back for its own extruder, and G-code's offset stays that of the tool that is mounted.
+  /// True if the run mounts other tools, and may end with another one: pressure advance is restored
+  /// for its own extruder, and G-code's offset remains that of the mounted tool.
   bool changes_tools = false;
 };
 
-/// Notes pressure advance, velocity limits, heater targets and G-code state on disk before anything
-/// is changed, and brings them back: on purpose by Restore(), or by the destructor where something
-/// went wrong before. The laser goes off first. The note stays until all has come back, so that the
-/// next run does it where this one dies or cannot; in the latter case the note says why.
+/// Records pressure advance, velocity limits, heater targets and G-code state on disk before any
+/// change, and restores them: explicitly by Restore(), or by the destructor after a failure. The
+/// laser is switched off first. The record remains until all is restored, so that the next run does
+/// it if this one dies or fails; in the latter case the record states why.
 class PrinterStateGuard {
  public:
-  /// Takes the printer for this run: on this computer by a lock, at the printer by its name
-  /// (_TRAMMEL_KEEP_ALIVE OWNER=…), which arms the printer's own limit. Finishes what a run left
-  /// that died here. Sets the session's has_limit, owner and own_file. Errors: kMachine where the
-  /// printer is busy, or another trammel has it; kInput where the note cannot be written.
+  /// Claims the printer for this run: on this computer by a lock, at the printer by its name
+  /// (_TRAMMEL_KEEP_ALIVE OWNER=…), which arms the printer's own limit. Restores it after a run
+  /// that died here. Sets the session's has_limit, owner and own_file. Errors: kMachine if the
+  /// printer is busy, or another trammel has it; kInput if the record cannot be written.
   [[nodiscard]] static Result<PrinterStateGuard> Take(Session& session,
                                                       const settings::ScanSettings& settings,
                                                       const RunIdentity& identity);
@@ -52,40 +52,39 @@ class PrinterStateGuard {
   ~PrinterStateGuard();
 
   /// Saves the G-code state under the run's name: once the printer is homed, unless the run homes
-  /// it anew. Nothing else is brought back before this.
+  /// it anew. Nothing else is restored before it.
   [[nodiscard]] Result<void> Begin(const Session& session);
 
-  /// From now on the laser may be on: where it cannot be switched off, the printer is stopped.
+  /// From now on the laser may be on: if it cannot be switched off, the printer is stopped.
   void ExpectLaser() { laser_lit_ = true; }
 
-  /// From now on a print that was not finished is left with the nozzle there.
+  /// Sets the nozzle's park position after an unfinished print, from now on.
   void ParkAt(const ParkPlace& place) { park_ = place; }
 
-  /// Cancels the run's own print, lifts and parks its nozzle, and brings everything back once; a
-  /// second call does nothing. Ignores the session's stop: a stopped calibration ends safe too.
-  /// Waits `kReturn_s` for a lost connection, and begins anew where it is lost again meanwhile. A
-  /// printer that was restarted keeps its heaters off, and so does a heater that somebody else
-  /// switched off meanwhile; another's job is left alone with all that it
-  /// may use, and the note of this run ends with it. While the run's own print cannot be ended,
-  /// nothing is set. Where the laser cannot be switched off, the printer is stopped.
-  /// @returns one sentence for each thing that was not brought back; empty: all is as it was.
+  /// Cancels the run's own print, lifts and parks its nozzle, and restores everything once; a
+  /// second call does nothing. Ignores the session's stop: a stopped calibration also ends safely.
+  /// Waits `kReturn_s` for a lost connection, and restarts if it is lost again. Heaters remain off
+  /// after a restart of the printer, and if another client switched them off. Another's job is left
+  /// alone with all that it may use, and this run's record ends then. Nothing is set while the
+  /// run's own print cannot be ended. If the laser cannot be switched off, the printer is stopped.
+  /// @returns one sentence for each setting that was not restored; empty: all are.
   [[nodiscard]] std::vector<std::string> Restore();
 
   [[nodiscard]] const machine::PrinterState& before() const { return before_; }
-  /// Known after Restore: Klipper has forgotten the run's G-code state.
+  /// True if Klipper has lost the run's G-code state; known after Restore.
   [[nodiscard]] bool restarted() const { return restarted_; }
 
-  /// How long a lost connection or a restart may take to come back.
+  /// Maximum time for a lost connection or a restart to recover.
   static constexpr double kReturn_s = 120;
 
  private:
-  // A script waits behind what is still queued: about 2 s of motion, or a slow sweep.
+  // Time limit of a script behind queued moves: about 2 s of motion, or a slow sweep.
   static constexpr double kScript_s = 60;
 
   PrinterStateGuard(const Session& session, const settings::ScanSettings& settings,
                     const RunIdentity& identity, files::FileLock lock);
 
-  // Shared with what notes for the session.
+  // Shared with the session's recorder.
   struct Journal {
     files::RunJournal run;
     std::filesystem::path path;
@@ -127,14 +126,14 @@ class PrinterStateGuard {
   bool begun_ = false;
   bool laser_lit_ = false;
   bool restarted_ = false;
-  bool was_free_ = false;  ///< of others' jobs, when that was last told in Restore
-  bool left_ = false;      ///< to another's job, with all that it may use
+  bool was_free_ = false;  ///< true if no other job ran at the last report in Restore
+  bool left_ = false;      ///< true if another job took over, with all that it uses
   std::optional<ParkPlace> park_;
   machine::PrinterState before_;
   std::shared_ptr<Journal> journal_;
   files::FileLock lock_;
   std::vector<std::string> failed_;  ///< commands of the last attempt: another may bring them back
-  std::vector<std::string> lost_;    ///< what cannot come back, or must not
+  std::vector<std::string> lost_;    ///< states that cannot or must not be restored
 };
 
 }  // namespace trammel::procedure

@@ -23,10 +23,10 @@ using Json = nlohmann::ordered_json;
 constexpr int kFormat = 2;
 constexpr std::size_t kMostBytes = std::size_t{256} << 10;
 constexpr std::size_t kMostSettings = 1000;
-constexpr std::size_t kMostValues = 1000;  // of one setting: a line of a pattern has its own
+constexpr std::size_t kMostValues = 1000;  // per setting: each line of a pattern has its own value
 constexpr const char* kEnding = ".journal.json";
 
-// Beyond what any machine knows; bounds what a damaged file can bring into G-code.
+// Beyond any machine's values; limits the effect of a damaged file on G-code.
 constexpr NumberRange kSpeeds{1e-6, 1e6};
 constexpr NumberRange kShares{0, 1};
 constexpr NumberRange kCorners{0, 1e4};
@@ -35,7 +35,7 @@ constexpr NumberRange kTargets_c{0, 2000};
 constexpr NumberRange kFactors{1e-6, 1e4};
 constexpr NumberRange kPlaces_mm{-1e5, 1e5};
 
-// The range of a setting, and whether it is a section's.
+// Range of a setting; true if it belongs to a section.
 struct SettingKind {
   NumberRange range;
   bool of_a_section = false;
@@ -67,7 +67,7 @@ bool IsWordLike(std::string_view text, std::string_view more, std::size_t most) 
          });
 }
 
-// 32-bit FNV-1a: tells addresses apart whose letters are alike.
+// 32-bit FNV-1a: distinguishes addresses with the same letters.
 std::uint32_t HashOf(std::string_view text) {
   std::uint32_t hash = 2166136261U;
   for (const unsigned char c : text) hash = (hash ^ c) * 16777619U;
@@ -101,7 +101,7 @@ bool Flag(JsonObject& object, const char* key) {
   return flag->is_boolean() && flag->get<bool>();
 }
 
-// What stands in a list of {"name", …}: a setting and its range.
+// Reads a setting and its range from a list of {"name", …}.
 const SettingKind* ReadName(JsonObject& entry, std::string& name) {
   name = entry.Text("name");
   const SettingKind* kind = KindOf(name);

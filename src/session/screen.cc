@@ -43,7 +43,7 @@ std::string WithoutMiddle(std::string plain) {
   return plain;
 }
 
-// What needs no quotation marks, and neither ends a command nor begins a comment.
+// True if the text needs no quotation marks, and neither ends a command nor begins a comment.
 bool IsWord(std::string_view text) {
   return !text.empty() && std::all_of(text.begin(), text.end(), [](char c) {
     return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_' ||
@@ -58,7 +58,7 @@ std::string Screen::Plain(std::string_view text) {
   for (const char c : text.substr(0, text.find('\n'))) {
     const bool printable = c > ' ' && c <= '~';
     const bool special = c == '"' || c == '\\' || c == ';' || c == '#' || c == '*';
-    if (c == ';' && !plain.empty() && plain.back() != ' ') {  // which begins a comment
+    if (c == ';' && !plain.empty() && plain.back() != ' ') {  // start of a comment
       plain += ',';
     } else if (printable && !special) {
       plain += c;
@@ -85,10 +85,10 @@ void Screen::LearnCommands(const machine::WaitLimit& limit) {
   }
   has_display_ = has("M117");
   has_dialogs_ = has("TRAMMEL_ASK");
-  // A server that does not tell is asked again, and spoken to in the commonest way meanwhile.
+  // A server that does not answer is queried again later; meanwhile the commonest command is used.
   if (!told && say_.empty()) say_ = kEcho;
-  // While it is shut down a printer tells of the few commands that it takes then; RESPOND, which is
-  // one of them, never fails, and would be all that is known of it for ever.
+  // A printer in shutdown lists only the few commands available then. Among them is RESPOND, which
+  // never fails and would be used forever.
   learnt_ = told && printer_.LastState().readiness == machine::PrinterReadiness::kReady;
 }
 

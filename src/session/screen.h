@@ -1,4 +1,4 @@
-// Reports to people and programs: the printer's screen and console, and progress for other
+// Output to people and programs: the printer's screen and console, and progress for other
 // processes.
 #pragma once
 
@@ -13,7 +13,7 @@
 
 namespace trammel::procedure {
 
-/// Which buttons a dialog has.
+/// Buttons of a dialog.
 enum class Buttons {
   kStart,  ///< calibrate, or not
   kPrint,  ///< print the pattern for a photo, or not
@@ -24,27 +24,27 @@ enum class Buttons {
   kClose
 };
 
-/// Says things where the printer's user looks: in the console by the first of TRAMMEL_SAY
-/// (klipper/trammel.cfg), RESPOND and M118 that the printer knows, and on the display by M117 where
+/// Shows messages to the printer's user: in the console by the first of TRAMMEL_SAY
+/// (klipper/trammel.cfg), RESPOND and M118 that the printer supports, and on the display by M117 if
 /// it has one. Not thread-safe. The printer must outlive it.
 class Screen {
  public:
   explicit Screen(machine::Printer& printer) : printer_(printer) {}
 
-  /// One line. Errors: those of the printer; none where it has no way to say anything.
+  /// Shows one line. Errors: those of the printer; none if it cannot show messages.
   [[nodiscard]] Result<void> Show(std::string_view text, const machine::WaitLimit& limit);
 
-  /// A dialog of one line with buttons, by TRAMMEL_ASK (klipper/trammel.cfg), which front ends and
-  /// touch screens show. Where the printer has no such macro there is none, and no error.
-  /// @param start  what the first button (but of kUse) hands on, by TRAMMEL_ASK's parameters in
-  ///     small letters ("filament", "token"); values of [A-Za-z0-9_.,-]+, others are left out.
+  /// Shows a dialog of one line with buttons, by TRAMMEL_ASK (klipper/trammel.cfg), for front ends
+  /// and touch screens. Without such a macro there is no dialog, and no error.
+  /// @param start  passed on by the first button (except of kUse), by TRAMMEL_ASK's parameters in
+  ///     small letters ("filament", "token"); values of [A-Za-z0-9_.,-]+, others are omitted.
   [[nodiscard]] Result<void> Ask(std::string_view text, Buttons buttons,
                                  const std::map<std::string, std::string>& start,
                                  const machine::WaitLimit& limit);
 
-  /// The first line of the text as a G-code argument in quotation marks may carry it: printable
-  /// ASCII without what begins a comment or ends the quotation. Of more than 1000 characters the
-  /// middle is cut out: the cause stands first, the remedy last.
+  /// Returns the first line of the text as a quoted G-code argument: printable ASCII without
+  /// characters that begin a comment or end the quotation. Of more than 1000 characters the middle
+  /// is cut out: the cause is first, the remedy last.
   [[nodiscard]] static std::string Plain(std::string_view text);
 
  private:
@@ -63,7 +63,7 @@ class Screen {
 /// always, the others where they are known. Without a line feed.
 [[nodiscard]] std::string ProgressLine(const Progress& progress);
 
-/// The same back; nothing where the line is none. Texts are cut at 1024 bytes, the phase at 32.
+/// Parses such a line; absent if it is none. Texts are cut at 1024 bytes, the phase at 32.
 [[nodiscard]] std::optional<Progress> ParseProgressLine(std::string_view line);
 
 }  // namespace trammel::procedure

@@ -1,4 +1,4 @@
-// What every procedure is given: the printer, a way to be stopped, and a receiver of progress.
+// Context of every procedure: the printer, a way to be stopped, and a receiver of progress.
 #pragma once
 
 #include <functional>
@@ -13,14 +13,14 @@
 
 namespace trammel::procedure {
 
-/// What is happening now, for a person who watches.
+/// Current step, for a watching user.
 struct Progress {
   std::string text;                   ///< one line, without a full stop
   std::optional<double> remaining_s;  ///< about how long this step takes from now on
-  /// The phase that begins with it, for programs: "checking", "homing", "heating", "cooling",
-  /// "uploading", "printing", "scanning", "analysing", "restoring". Empty: the same as before.
+  /// Phase that begins here, for programs: "checking", "homing", "heating", "cooling", "uploading",
+  /// "printing", "scanning", "analysing", "restoring". Empty: unchanged.
   std::string phase = {};
-  std::optional<double> done = {};  ///< of the phase, 0 … 1
+  std::optional<double> done = {};  ///< progress of the phase, 0 … 1
 };
 
 /// The printer must outlive the session. `stop` is the user's Ctrl-C.
@@ -28,12 +28,13 @@ struct Session {
   machine::Printer& printer;
   std::stop_token stop;
   std::function<void(const Progress&)> tell;  ///< may be empty
-  /// The printer switches laser and heaters off by itself unless KeepAlive is called in time.
+  /// True if the printer switches laser and heaters off by itself unless KeepAlive is called in
+  /// time.
   bool has_limit = false;
-  std::string owner = {};     ///< by which the printer knows this run; empty: it is not told
+  std::string owner = {};     ///< name of this run for the printer; empty: not sent
   std::string own_file = {};  ///< among the printer's files; a job of any other is somebody else's
-  /// Notes on disk what a G-code text sets, for the run after one that dies. Empty: nobody notes
-  /// it.
+  /// Records on disk which settings a G-code text sets, for recovery after a crash. Empty: not
+  /// recorded.
   std::function<Result<void>(std::string_view gcode)> note = {};
 
   void Say(std::string text, std::optional<double> remaining_s = {}) const {
@@ -47,54 +48,54 @@ struct Session {
   }
 };
 
-/// The macro by which the printer's own limit for laser and heaters begins anew, and the one that
-/// ends it (klipper/trammel.cfg).
+/// Macro that restarts the printer's own limit for laser and heaters, and the one that ends it
+/// (klipper/trammel.cfg).
 inline constexpr const char* kKeepAlive = "_TRAMMEL_KEEP_ALIVE";
 inline constexpr const char* kRelease = "_TRAMMEL_RELEASE";
-/// The macro by which a person does the same, after a dialog.
+/// Macro by which a person does the same, after a dialog.
 inline constexpr const char* kReleaseByHand = "TRAMMEL_RELEASE";
 
-/// Tells the printer that somebody still looks after it. Nothing where it has no limit.
-/// Errors: kMachine, also where the printer belongs to another trammel by now.
+/// Restarts the printer's limit. Does nothing if it has none.
+/// Errors: kMachine, also if the printer now belongs to another trammel.
 [[nodiscard]] Result<void> KeepAlive(const Session& session);
 
-/// Somebody else's job, printing or paused, in words; empty where there is none.
+/// Describes another client's job, printing or paused; empty if there is none.
 [[nodiscard]] std::string OthersJob(const machine::PrinterState& state,
                                     const std::string& own_file);
 
-/// Asks the printer whether it is ready and free of others' jobs; to be called right before each
-/// command that moves or heats. Errors: kMachine, kInterrupted.
+/// Checks that the printer is ready and free of others' jobs; called right before each command that
+/// moves or heats. Errors: kMachine, kInterrupted.
 [[nodiscard]] Result<void> CheckStillFree(const Session& session);
 
-/// Whether the printer is ready, by what it last told. Errors: kMachine.
+/// Checks that the printer is ready, by its last report. Errors: kMachine.
 [[nodiscard]] Result<void> CheckStillReady(const Session& session);
 
-/// Whether the printer is ready and homed, by what it last told; to be called after each wait in
-/// which nothing else would notice an emergency stop or a restart. Errors: kMachine.
+/// Checks that the printer is ready and homed, by its last report; to be called after each wait
+/// that could miss an emergency stop or a restart. Errors: kMachine.
 [[nodiscard]] Result<void> CheckStillHomed(const Session& session);
 
-/// Notes what the script sets, then runs it. Errors: those of both.
+/// Records the settings that the script sets, then runs it. Errors: those of both.
 [[nodiscard]] Result<void> RunNoted(const Session& session, std::string_view script,
                                     double time_limit_s);
 
-/// Waits; false where the session was stopped meanwhile.
+/// Waits; false if the session was stopped meanwhile.
 [[nodiscard]] bool Pause(double time_s, const std::stop_token& stop);
 
-/// Names the stop that the user asked for as what ended the work, and the failure as what came with
-/// it: Ctrl-C and a closed terminal reach a tunnel or a camera's server of the same terminal, too.
-/// To be called where something has just failed; before any stop, the error is returned as it is.
+/// Names the user's stop as the cause of a failure: Ctrl-C and a closed terminal also reach a
+/// tunnel or a camera's server of the same terminal. Called right after a failure; before any stop,
+/// the error is returned unchanged.
 [[nodiscard]] Error NameStop(const std::stop_token& stop, Error error);
 
-/// The same for what may have succeeded.
+/// Does the same for a result that may be a success.
 template <class T>
 [[nodiscard]] Result<T> NameStop(const std::stop_token& stop, Result<T> done) {
   if (done) return done;
   return tl::unexpected(NameStop(stop, std::move(done.error())));
 }
 
-/// Refuses (kMachine) while the printer prints or is paused: what is set then acts in somebody's
-/// print, and waiting for it would drain its queue of moves. Refuses while another run of trammel
-/// has the printer, too: its end brings back what was set before.
+/// Fails (kMachine) while the printer prints or is paused: a setting would act in that print, and
+/// waiting for it would drain its queue of moves. Also fails while another run of trammel has the
+/// printer, since its end restores the old values.
 /// @param what  ends "apply … when it has ended", for example "the offset".
 [[nodiscard]] Result<void> RefuseWhilePrinting(const Session& session, std::string_view what);
 

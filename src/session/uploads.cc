@@ -11,7 +11,7 @@ namespace {
 
 using nlohmann::json;
 
-/// Whether a file of this name can be asked for; its owner may have to rename it first.
+/// Checks that a file of this name can be requested; its owner may have to rename it first.
 Result<void> CheckFetchable(const std::string& name) {
   std::string shown = name;
   bool plain = true;
@@ -20,7 +20,7 @@ Result<void> CheckFetchable(const std::string& name) {
     plain = plain && good;
     if (!good) c = '?';
   }
-  // The server's word for a byte that is no UTF-8, as machine/moonraker reads it.
+  // Replacement character of a byte that is no UTF-8, as read by machine/moonraker.
   plain = plain && name.find("\uFFFD") == std::string::npos;
   if (plain) return {};
   return Fail(

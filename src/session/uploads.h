@@ -1,5 +1,5 @@
-// Files that the printer's owner uploaded: the folder beside its configuration, as front ends list
-// it.
+// Files uploaded by the printer's owner: the folder beside its configuration, as listed by front
+// ends.
 #pragma once
 
 #include <cstddef>
@@ -14,7 +14,7 @@
 
 namespace trammel::procedure {
 
-/// The folder's name beside the printer's configuration.
+/// Name of the folder beside the printer's configuration.
 inline constexpr const char* kUploadFolder = "trammel";
 
 struct UploadedFile {
@@ -22,18 +22,18 @@ struct UploadedFile {
   double modified_s = 0;  ///< seconds since 1970 by the printer's clock; 0: not told
 };
 
-/// Lists the folder's own files, not those of folders in it, whose names are wanted; the one that
-/// was stored last comes last. Errors: kMachine.
+/// Lists the folder's own files with wanted names, not those of subfolders; the last stored is
+/// last. Errors: kMachine.
 [[nodiscard]] Result<std::vector<UploadedFile>> ListUploads(
     const Session& session, const std::function<bool(const std::string&)>& wanted);
 
-/// Downloads one of them. Errors: kInput: there is none of that name, it has more bytes, or a name
-/// that no server can be asked for; kMachine.
+/// Downloads one of them. Errors: kInput: no such file, more bytes, or a name invalid for servers;
+/// kMachine.
 [[nodiscard]] Result<std::string> DownloadUpload(const Session& session, const std::string& name,
                                                  std::size_t most_bytes);
 
-/// What a file's name ends in, in small letters with the dot, where it is one of `endings`; empty
-/// otherwise, and of a name with a folder or of nothing but an ending.
+/// Returns a file name's extension, in lower case with the dot, if it is one of `endings`; empty
+/// otherwise, for a name with a folder, and for a mere extension.
 [[nodiscard]] std::string EndingAmong(std::span<const std::string_view> endings,
                                       const std::string& name);
 

@@ -31,7 +31,7 @@ bool SameLetters(std::string_view a, std::string_view b) {
   });
 }
 
-/// A temperature and where it comes from: nowhere, the settings, or the material.
+/// Formats a temperature with its source: the settings or the material.
 std::string Described(const std::optional<double>& set, double temperature_c) {
   return fmt::format("{:.4g}{}", temperature_c, set ? " (set)" : "");
 }

@@ -1,4 +1,4 @@
-// What a print is heated to: by the filament's material, or by temperatures that the settings give.
+// Temperatures of a print: by the filament's material, or from the settings.
 #pragma once
 
 #include <optional>
@@ -12,7 +12,7 @@
 
 namespace trammel::settings {
 
-/// One of the materials that `material` in [filament] may name.
+/// Material that `material` in [filament] may name.
 struct Material {
   std::string_view name;
   double nozzle_temperature_c = 0;
@@ -20,56 +20,57 @@ struct Material {
   double density_g_cm3 = 0;
 };
 
-/// All of them. Temperatures of a first layer: PLA, PETG and ASA as in a public generic slicer
-/// profile, ABS as in the paper, TPU, PC and PA our choice within what is usual.
+/// Returns all materials. Temperatures of a first layer: PLA, PETG and ASA as in a public generic
+/// slicer profile, ABS as in the paper, TPU, PC and PA our choice within the usual range.
 [[nodiscard]] std::span<const Material> Materials();
 
-/// The material of that name, in capitals or not; nullptr where there is none.
+/// Finds the material of that name, ignoring case; nullptr if there is none.
 [[nodiscard]] const Material* FindMaterial(std::string_view name);
 
-/// The one material that a filament's name has among its words: petg of "PETG Jet" and "petg_jet",
+/// Finds the one material among the words of a filament's name: petg of "PETG Jet" and "petg_jet",
 /// pa of "PA12-CF". nullptr: none, or several.
 [[nodiscard]] const Material* MaterialInName(std::string_view filament);
 
-/// Every material with its temperatures: "pla: nozzle 215, bed 60 °C; petg: …".
+/// Returns every material with its temperatures: "pla: nozzle 215, bed 60 °C; petg: …".
 [[nodiscard]] std::string DescribeMaterials();
 
-/// What a print is heated to.
+/// Temperatures of a print.
 struct PrintTemperatures {
   double nozzle_c = 0;
   double bed_c = 0;
   double idle_nozzle_c = 0;  ///< while the bed heats, and while a scan is waited for
 };
 
-/// Each as the settings give it, else as the material has it; absent where neither does.
+/// Returns the settings' temperature, else the material's; absent if neither has one.
 [[nodiscard]] std::optional<double> NozzleTemperature_c(const FilamentSettings& filament);
 [[nodiscard]] std::optional<double> BedTemperature_c(const FilamentSettings& filament);
 [[nodiscard]] std::optional<double> Density_g_cm3(const FilamentSettings& filament);
 
-/// As the settings give it, else this much below the nozzle's temperature: it does not ooze there.
+/// Default of the idle temperature, this much below the nozzle's: it does not ooze there.
 inline constexpr double kIdleBelow_c = 60;
 [[nodiscard]] std::optional<double> IdleNozzleTemperature_c(const FilamentSettings& filament);
 
-/// A material that is named and that there is not, with those that there are.
+/// Returns a problem if the material is unknown, with the known ones.
 [[nodiscard]] std::optional<SettingProblem> FindMaterialProblem(const FilamentSettings& filament);
 
-/// A temperature that nothing tells: what to name, and what each material would be heated to.
+/// Returns a problem if a temperature is undefined: the missing settings, and each material's
+/// temperatures.
 [[nodiscard]] std::optional<SettingProblem> FindTemperatureProblem(
     const FilamentSettings& filament);
 
-/// FindTemperatureProblem as an error.
+/// Returns FindTemperatureProblem as an error.
 [[nodiscard]] Result<void> ValidateTemperatures(const FilamentSettings& filament);
 
 /// REQUIRES no FindTemperatureProblem.
 [[nodiscard]] PrintTemperatures TemperaturesOf(const FilamentSettings& filament);
 
-/// What heats behind a start G-code that does not name both temperatures by their placeholders: it
-/// would print at nobody knows what. Empty where it does. REQUIRES as TemperaturesOf.
+/// Returns the heating lines after a start G-code without both temperatures' placeholders: it would
+/// print at unknown ones. Empty if it has both. REQUIRES as TemperaturesOf.
 [[nodiscard]] std::vector<std::string> HeatBehind(std::string_view start_gcode,
                                                   const FilamentSettings& filament);
 
-/// For people: "pla: nozzle 215, bed 60 degC", "nozzle 210 (set), bed 60 degC (pla)" … REQUIRES as
-/// TemperaturesOf.
+/// Describes the temperatures: "pla: nozzle 215, bed 60 degC", "nozzle 210 (set), bed 60 degC
+/// (pla)" … REQUIRES as TemperaturesOf.
 [[nodiscard]] std::string DescribeTemperatures(const FilamentSettings& filament);
 
 }  // namespace trammel::settings

@@ -106,7 +106,7 @@ std::span<const FilamentField> FilamentFields() { return kFilamentFields; }
 double BedReach(const PrinterSettings& printer, double x_mm, double y_mm, double margin_mm) {
   const double half_x_mm = printer.bed_size_x_mm / 2;
   const double half_y_mm = printer.bed_size_y_mm / 2;
-  // Nothing is left of such a bed.
+  // Nothing remains of such a bed.
   if (half_x_mm <= margin_mm || half_y_mm <= margin_mm) {
     return std::numeric_limits<double>::infinity();
   }

@@ -1,5 +1,5 @@
-// The printer and its filament: [printer] and [filament] of trammel.toml, the same for every
-// calibration that prints.
+// Printer and filament: [printer] and [filament] of trammel.toml, the same for every calibration
+// that prints.
 #pragma once
 
 #include <optional>
@@ -13,7 +13,8 @@
 
 namespace trammel::settings {
 
-/// Common to the three firmwares. The nozzle waits for the bed at a temperature that does not ooze.
+/// Common to the three firmwares. The nozzle waits for the bed at a temperature at which it does
+/// not ooze.
 inline constexpr const char* kDefaultStartGcode =
     "M140 S{bed_temperature_c}\n"
     "M104 S{idle_nozzle_temperature_c}\n"
@@ -30,7 +31,7 @@ enum class BedShape {
   kEllipse,  ///< inscribed in the rectangle of the bed's size: round beds, deltas
 };
 
-/// As trammel.toml spells it.
+/// Returns the spelling in trammel.toml.
 [[nodiscard]] std::string_view ToString(BedShape shape);
 [[nodiscard]] std::optional<BedShape> ParseBedShape(std::string_view name);
 
@@ -41,7 +42,7 @@ struct PrinterSettings {
   double bed_size_x_mm = 250;                         ///< (0, 2000]; the commonest CoreXY size
   double bed_size_y_mm = 250;
   double bed_origin_x_mm = 0;  ///< coordinates of the bed's front left corner; minus half the size
-  double bed_origin_y_mm = 0;  ///< where (0, 0) is the middle of the bed
+  double bed_origin_y_mm = 0;  ///< 0 if (0, 0) is the bed's centre
   BedShape bed_shape = BedShape::kRectangle;
   double bed_margin_mm = 5;         ///< [0, 100] kept free along the edge; clips and bevels
   double nozzle_diameter_mm = 0.4;  ///< [0.1, 2]; paper
@@ -59,7 +60,7 @@ struct PrinterSettings {
   std::optional<double> restore_acceleration_mm_s2;  ///< [1, 1e6]; absent: left as printed
 };
 
-/// Nothing is heated on a guess: either the material is named or both temperatures are given
+/// Temperatures are never guessed: either the material is named or both temperatures are given
 /// (settings/material.h).
 struct FilamentSettings {
   std::string material;                             ///< one of Materials(); empty: none is named
@@ -74,33 +75,34 @@ using PrinterField = SettingField<PrinterSettings, double, std::optional<double>
                                   gcode::Dialect, BedShape>;
 using FilamentField = SettingField<FilamentSettings, double, std::optional<double>, std::string>;
 
-/// All settings, in the order in which `trammel config keys` shows them.
+/// Returns all settings, in the order of `trammel config keys`.
 [[nodiscard]] std::span<const PrinterField> PrinterFields();
 [[nodiscard]] std::span<const FilamentField> FilamentFields();
 
-/// How far out a point lies on the bed less a margin; 1 is its edge, beyond which nothing may lie.
+/// Computes a point's relative distance to the edge of the bed less a margin; 1 is its edge, the
+/// limit.
 [[nodiscard]] double BedReach(const PrinterSettings& printer, double x_mm, double y_mm,
                               double margin_mm);
 
-/// Where the nozzle goes when done.
+/// Position of the nozzle after the print.
 struct ParkPosition {
   double x_mm = 0;
   double y_mm = 0;
 };
 [[nodiscard]] ParkPosition ParkPositionOf(const PrinterSettings& printer);
 
-/// That the nozzle can wait where it is told to. REQUIRES fields within their ranges.
+/// Checks that the nozzle can wait at its park position. REQUIRES fields within their ranges.
 [[nodiscard]] std::optional<SettingProblem> FindParkProblem(const PrinterSettings& printer);
 
-/// That the nozzle can lay such a bead, and does not scratch the plate. REQUIRES fields within
-/// their ranges.
-/// @param section  where layer_height and line_width stand.
+/// Checks that the nozzle can lay such a bead, and does not scratch the plate. REQUIRES fields
+/// within their ranges.
+/// @param section  of layer_height and line_width.
 [[nodiscard]] std::optional<SettingProblem> FindBeadProblem(const PrinterSettings& printer,
                                                             std::string_view section,
                                                             double layer_height_mm,
                                                             double line_width_mm);
 
-/// What a calibration draws, as far as a user's own G-code may name it.
+/// Drawing of a calibration, as far as a user's own G-code may name it.
 struct Drawing {
   double layer_height_mm = 0;
   double line_width_mm = 0;
@@ -111,7 +113,7 @@ struct Drawing {
   double max_y_mm = 0;
 };
 
-/// Every {name} with its value, units in the name: what start and end G-code may name.
+/// Returns every {name} that start and end G-code may use, with its value, units in the name.
 [[nodiscard]] std::vector<gcode::Placeholder> Placeholders(const PrinterSettings& printer,
                                                            const FilamentSettings& filament,
                                                            const Drawing& drawing);

@@ -97,7 +97,7 @@ SettingProblem In(std::string_view section, std::string_view key, std::string me
 }
 
 std::optional<SettingProblem> CheckCrop(const ScanSettings& settings) {
-  constexpr double kSmallest_px = 8;  // as in a recording's crop_px
+  constexpr double kSmallest_px = 8;  // like a recording's crop_px
   const std::vector<double>& crop = settings.crop_px;
   if (crop.empty()) return std::nullopt;
   if (crop.size() != 4) {
@@ -117,7 +117,7 @@ std::optional<SettingProblem> CheckCrop(const ScanSettings& settings) {
   return std::nullopt;
 }
 
-/// A nozzle above a warm bed never cools to the room's temperature.
+/// A nozzle above a warm bed never cools to room temperature.
 std::optional<SettingProblem> CheckScanTemperature(const ScanSettings& settings) {
   constexpr double kReachable_c = 50;
   const double temperature_c = settings.scan_nozzle_temperature_c;
@@ -129,7 +129,7 @@ std::optional<SettingProblem> CheckScanTemperature(const ScanSettings& settings)
                   temperature_c, kReachable_c));
 }
 
-/// Addresses, names and keys stand in one line: a break in one would begin another header.
+/// Addresses, names and keys must be single lines: a line break would begin another header.
 std::optional<SettingProblem> CheckSingleLines(const ScanSettings& settings) {
   for (const ScanField& field : ScanFields()) {
     const auto* member = std::get_if<std::string ScanSettings::*>(&field.member);

@@ -1,5 +1,5 @@
-// What trammel.toml says of the machine that scans: where it is, what its camera sees, and the
-// commands by which its laser and lights are switched.
+// Settings of the scanning machine in trammel.toml: its address, its camera's view, and the
+// commands for its laser and lights.
 #pragma once
 
 #include <optional>
@@ -12,18 +12,18 @@
 
 namespace trammel::settings {
 
-/// Ranges and what users read about each setting stand in ScanFields().
+/// ScanFields() has the range and documentation of each setting.
 /// "Paper": Abbott, Automatic Pressure Advance Calibration Using Laser Triangulation, and its
 /// released code.
 struct ScanSettings {
   // [moonraker]
-  std::string address = "localhost";  ///< as machine::MoonrakerOptions::address
-  std::string http_address;           ///< for uploads where `address` is a Unix socket
+  std::string address = "localhost";  ///< like machine::MoonrakerOptions::address
+  std::string http_address;           ///< for uploads if `address` is a Unix socket
   std::string api_key;
-  std::string api_key_file;  ///< its first line is the key
+  std::string api_key_file;  ///< first line: the key
   std::string ca_file;
   bool accept_any_certificate = false;
-  bool quote_messages = false;    ///< as machine::MoonrakerOptions; of the command line alone
+  bool quote_messages = false;    ///< like machine::MoonrakerOptions; command line only
   bool keep_in_spoolman = false;  ///< whatever `pa apply` sets
 
   // [camera]
@@ -32,7 +32,7 @@ struct ScanSettings {
   int frame_width_px = 1280;  ///< asked of a V4L2 device
   int frame_height_px = 720;
   double frames_per_s = 30;
-  double camera_offset_x_mm = 28;  ///< from the nozzle to where the laser meets the plate; paper
+  double camera_offset_x_mm = 28;  ///< nozzle to laser point on the plate; paper
   double camera_offset_y_mm = 50.2;
   double focus_height_mm =
       17.86;                    ///< nozzle's z at which that holds and the picture is sharp; paper
@@ -45,8 +45,8 @@ struct ScanSettings {
 
   // [scan]
   double scan_speed_mm_s = 400.0 / 60;  ///< paper
-  double skip_mm = 4;                   ///< of a line, at either end; paper
-  double run_up_mm = 1;                 ///< in which the head reaches its speed, before and behind
+  double skip_mm = 4;                   ///< at either end of a line; paper
+  double run_up_mm = 1;                 ///< acceleration distance, before and after
   double settle_s =
       0.7;  ///< standing before and after each sweep: longest latency, 5 frames, slack
   int lines_at_once = 1;                   ///< swept without standing in between; 1: paper
@@ -63,12 +63,12 @@ struct ScanSettings {
 using ScanField = SettingField<ScanSettings, double, std::optional<double>, int, bool, std::string,
                                std::vector<double>, AxisDirection>;
 
-/// All settings, in the order in which `trammel config keys` shows them; sections are contiguous.
+/// Returns all settings, in the order of `trammel config keys`; sections are contiguous.
 [[nodiscard]] std::span<const ScanField> ScanFields();
 
-/// The first thing that cannot be, if any. Whether what is there suffices for a scan (commands for
-/// the laser, lines longer than what is skipped of them) is for the procedure to say: a printer
-/// without a laser has the same file.
+/// Returns the first invalid setting, if any. The procedure checks that the settings suffice for a
+/// scan (commands for the laser, lines longer than the skipped part), since a printer without a
+/// laser has the same file.
 [[nodiscard]] std::optional<SettingProblem> FindProblem(const ScanSettings& settings);
 
 }  // namespace trammel::settings

@@ -1,5 +1,5 @@
-// One entry of a table of settings: what trammel.toml calls it, what it means to a user, and what
-// it may be. Checking, reading, documenting and complaining all go by the tables.
+// Entry of a table of settings: its key in trammel.toml, its documentation for users, and its
+// range. Checking, reading, documentation and errors all use the tables.
 #pragma once
 
 #include <optional>
@@ -14,21 +14,21 @@
 
 namespace trammel::settings {
 
-/// What is wrong with a setting, told by its section and key in trammel.toml.
+/// Error in a setting, with its section and key in trammel.toml.
 struct SettingProblem {
   std::string section;
   std::string key;
   std::string message;  ///< the value and its bound
 };
 
-/// Of a number, or of each number in a list. Nothing else is bounded by it.
+/// Range of a number, or of each number in a list; nothing else.
 struct SettingRange {
-  std::string_view unit;  ///< as a user writes it; empty: none
+  std::string_view unit;  ///< as written by users; empty: none
   double lo = 0;          ///< inclusive
   double hi = 0;          ///< inclusive
 };
 
-/// One entry of a table for the settings that live in `Config`, each of one of `Types`.
+/// Entry of a table for the settings in `Config`, each of one of `Types`.
 template <class Config, class... Types>
 struct SettingField {
   std::string_view section;
@@ -42,7 +42,7 @@ struct SettingField {
   [[nodiscard]] SettingRange range() const { return {unit, lo, hi}; }
 };
 
-/// The range of the field of a key. REQUIRES that there is one.
+/// Returns the range of the field of a key. REQUIRES that there is one.
 template <class Field>
 [[nodiscard]] SettingRange RangeOf(std::span<const Field> fields, std::string_view key) {
   for (const Field& field : fields) {
@@ -52,7 +52,7 @@ template <class Field>
   return {};
 }
 
-/// What is wrong with a value, whatever the other settings are: the value and its bound.
+/// Returns the error in a value, independent of the other settings: the value and its bound.
 [[nodiscard]] std::optional<std::string> FindValueProblem(const SettingRange& range, double value);
 [[nodiscard]] std::optional<std::string> FindValueProblem(const SettingRange& range, int value);
 [[nodiscard]] std::optional<std::string> FindValueProblem(const SettingRange& range,
@@ -61,17 +61,17 @@ template <class Field>
                                                           const std::vector<double>& values);
 [[nodiscard]] std::optional<std::string> FindValueProblem(const SettingRange& range,
                                                           const std::vector<int>& values);
-/// Texts hold no control characters but line breaks and tabs.
+/// Rejects control characters in texts, except line breaks and tabs.
 [[nodiscard]] std::optional<std::string> FindValueProblem(const SettingRange& range,
                                                           const std::string& text);
-/// Choices and flags are right whenever they have their type; segments are judged together.
+/// Accepts choices and flags of the right type; segments are checked together.
 template <class Other>
 [[nodiscard]] std::optional<std::string> FindValueProblem(const SettingRange& /*range*/,
                                                           const Other& /*value*/) {
   return std::nullopt;
 }
 
-/// FindValueProblem for the field's value in `config`.
+/// Calls FindValueProblem for the field's value in `config`.
 template <class Config, class... Types>
 [[nodiscard]] std::optional<std::string> FindFieldProblem(
     const std::type_identity_t<Config>& config, const SettingField<Config, Types...>& field) {
@@ -79,7 +79,7 @@ template <class Config, class... Types>
                     field.member);
 }
 
-/// The first of the fields with a problem of its own.
+/// Returns the first field's own problem, if any.
 template <class Config, class Fields>
 [[nodiscard]] std::optional<SettingProblem> FindFieldProblems(const Config& config,
                                                               const Fields& fields) {

@@ -14,7 +14,7 @@
 namespace trammel::signal {
 namespace {
 
-// The fit at one trial crossing: linear in a = slope and b = slope * bend.
+// Fit at one trial crossing: linear in a = slope and b = slope * bend.
 struct Trial {
   double zero = 0;
   double cut = 0;  // beyond it the response is the constant `floor`
@@ -30,10 +30,10 @@ struct Problem {
   std::vector<double> weight;  // robust weight over variance
   double cut = 0;
   double bend_mean = 0;
-  double penalty = 0;  // of (b - bend_mean * a)^2
+  double penalty = 0;  // factor of (b - bend_mean * a)^2
 };
 
-// A side that saturates still falls: its slope is a ninth of the other's at the least.
+// A side that saturates still falls: its slope is at least a ninth of the other's.
 constexpr double kMostBend = 0.8;
 
 double Predict(const Trial& trial, double x) {
@@ -113,9 +113,9 @@ double RobustWeight(double ratio, bool redescending, double outlier_scale) {
   return q * q;
 }
 
-// Scale of the residuals near the crossing: a weighted median of their magnitudes, in which points
-// far from the crossing count little, because there the straight halves may simply be the wrong
-// form.
+// Returns the scale of the residuals near the crossing: a weighted median of their magnitudes, in
+// which points far from the crossing have little weight, because there the straight halves may be
+// the wrong form.
 double NearScale(std::span<const double> x, const std::vector<double>& residual, double zero,
                  double range) {
   std::vector<std::pair<double, double>> magnitude;  // and weight
@@ -141,8 +141,8 @@ double NearScale(std::span<const double> x, const std::vector<double>& residual,
   return 1.4826 * median * std::sqrt(points / std::max(1.0, points - 2.5));
 }
 
-// The best crossing without a constant part, or with one where that pays: each point moved there
-// must make the fit better by more than the two parameters (cut and floor) would by chance.
+// Finds the best crossing without a constant part, or with one if justified: each point in it must
+// improve the fit by more than the two parameters (cut and floor) would by chance.
 Trial SearchCuts(Problem& problem, const std::vector<double>& different, double lo, double hi,
                  bool may_saturate) {
   problem.cut = std::numeric_limits<double>::infinity();
@@ -150,7 +150,7 @@ Trial SearchCuts(Problem& problem, const std::vector<double>& different, double 
   if (!may_saturate) return best;
   constexpr std::size_t kFewestKept = 4;
   constexpr std::size_t kFewestBeyond = 2;
-  constexpr double kPrice = 6;  // in units of squared scales
+  constexpr double kPrice = 6;  // in squared scales
   double least = best.cost;
   for (std::size_t keep = kFewestKept; keep + kFewestBeyond <= different.size(); ++keep) {
     problem.cut = (different[keep - 1] + different[keep]) / 2;
@@ -172,15 +172,15 @@ std::vector<double> SortedDifferent(std::span<const double> x) {
   return different;
 }
 
-// A fit with the robust weights that it was made with.
+// Fit with its robust weights.
 struct WeightedFit {
   Trial best;
-  std::vector<double> residual;       // of y
+  std::vector<double> residual;       // residuals of y
   std::vector<double> robust_weight;  // in [0, 1]
   std::vector<double> weight;         // robust weight over variance
 };
 
-// Robust weights for the next fit, from the residuals of this one.
+// Computes robust weights for the next fit from this one's residuals.
 void Reweight(std::span<const double> sigma, const ZeroCrossingOptions& options, bool redescending,
               double range, Problem& problem, WeightedFit& fit) {
   const Trial& best = fit.best;
@@ -204,7 +204,7 @@ WeightedFit Iterate(std::span<const double> x, std::span<const double> y,
   const std::size_t n = x.size();
   const double range = different.back() - different.front();
   Problem problem{x, y, std::vector<double>(n), 0, options.bend_mean, 0};
-  // Before a scale is known: a scale at which nothing is an outlier and nothing saturates.
+  // Initial scale: one at which nothing is an outlier and nothing saturates.
   const double first_scale = std::max(options.scale_floor, RobustStandardDeviation(y));
   for (double& weight : problem.weight) weight = 1 / (first_scale * first_scale);
   WeightedFit fit{{}, std::vector<double>(n), std::vector<double>(n, 1.0), {}};
@@ -218,8 +218,8 @@ WeightedFit Iterate(std::span<const double> x, std::span<const double> y,
   return fit;
 }
 
-// What the points' scatter and the prior of the bend leave open of the crossing: the normal
-// equations of crossing, slope and slope * bend, linearised at the fit.
+// Computes the crossing's uncertainty from the points' scatter and the prior of the bend: the
+// normal equations of crossing, slope and slope * bend, linearised at the fit.
 void AddUncertainty(std::span<const double> x, const WeightedFit& fit,
                     const ZeroCrossingOptions& options, ZeroCrossing& result) {
   const Trial& best = fit.best;
@@ -235,7 +235,7 @@ void AddUncertainty(std::span<const double> x, const WeightedFit& fit,
     information += fit.weight[i] * gradient(x[i]) * gradient(x[i]).transpose();
     heaviest = std::max(heaviest, fit.weight[i]);
   }
-  // Weights by the residuals as they are, in place of as they were expected.
+  // Replaces the expected weights by those of the actual residuals.
   const double expected = std::max(heaviest * Square(result.residual_scale), 1e-300);
   information /= expected;
   const double bend_sigma = options.bend_sigma * std::max(std::abs(best.a), 1e-12);
@@ -252,7 +252,7 @@ void AddUncertainty(std::span<const double> x, const WeightedFit& fit,
   }
 }
 
-// How many points the data are worth, their scatter, and what it makes of the slope.
+// Computes the effective number of points, their scatter, and the slope's uncertainty from it.
 void AddScatter(std::span<const double> x, const WeightedFit& fit, double scale_floor,
                 ZeroCrossing& result) {
   // Weights relative to the heaviest point, so that they count points.

@@ -25,8 +25,8 @@ double Sample(const GrayImage& image, double x, double y) {
   return (1 - fy) * ((1 - fx) * a[0] + fx * a[1]) + fy * ((1 - fx) * b[0] + fx * b[1]);
 }
 
-// Brightness around one line with the line straightened: rows are offsets across it, columns are
-// places along it. Columns average what lies between two places.
+// Brightness around one line, straightened: rows are offsets across it, columns positions along it.
+// Columns average the interval between two positions.
 struct Strip {
   int half = 0;  // rows -half … half, one px apart
   std::size_t places = 0;
@@ -75,8 +75,8 @@ struct Level {
   bool seen = true;
 };
 
-// Mean without the extremes: a mean, not a median, because the integral across a bead adds the
-// texture's mean; without extremes, because a string of filament may cross.
+// Returns the mean without extremes: a mean, not a median, because the integral across a bead adds
+// the texture's mean; without extremes, because a string of filament may cross.
 double TrimmedMean(std::vector<double> values) {
   std::sort(values.begin(), values.end());
   const std::size_t cut = values.size() / 20;
@@ -114,8 +114,8 @@ std::vector<Level> ZoneLevels(const Strip& strip, double pitch, double bead) {
     }
     level.plate = TrimmedMean(plate);
     level.grain = RobustStandardDeviation(plate);
-    // A stretch may be broken for a good part; beyond the median, on the side that stands further
-    // off the plate, there is filament.
+    // A large part of a stretch may be broken; filament is beyond the median, on the side further
+    // from the plate.
     const double above = Quantile(filament, 0.65) - level.plate;
     const double below = Quantile(filament, 0.35) - level.plate;
     level.filament = above >= -below ? above : below;
@@ -124,7 +124,7 @@ std::vector<Level> ZoneLevels(const Strip& strip, double pitch, double bead) {
   return levels;
 }
 
-// Gives stretches that the photo does not show the levels of the nearest that it does.
+// Fills stretches that the photo does not show with the levels of the nearest visible ones.
 void FillUnseen(std::vector<Level>& levels) {
   const std::vector<Level> own = levels;
   const auto zones = static_cast<std::ptrdiff_t>(own.size());
@@ -137,7 +137,7 @@ void FillUnseen(std::vector<Level>& levels) {
   }
 }
 
-// Filament's contrast as a median over a line and its neighbours, for each zone.
+// Sets the filament's contrast to a median over a line and its neighbours, for each zone.
 void ShareFilamentLevels(std::vector<std::vector<Level>>& levels) {
   const std::vector<std::vector<Level>> own = levels;
   const auto lines = static_cast<std::ptrdiff_t>(own.size());
@@ -166,14 +166,14 @@ Level LevelAt(const std::vector<Level>& levels, std::size_t place, std::size_t p
   return {mix(a.plate, b.plate), mix(a.grain, b.grain), mix(a.filament, b.filament), a.seen};
 }
 
-// The part of the strip's rows that belongs to the bead: from half contrast outwards by the blur.
+// Rows of the strip that belong to the bead: from half contrast outwards by the blur.
 struct Span {
   int begin = 0, end = 0;  // offsets, inclusive
   double middle = 0;
 };
 
 Span BeadSpan(const Strip& strip, std::size_t place, const Level& level, double bead, int skirt) {
-  const double half = 0.5;  // of the filament's contrast
+  const double half = 0.5;  // relative to the filament's contrast
   const auto share = [&](int offset) {
     return (strip.at(offset, place) - level.plate) / level.filament;
   };
@@ -207,14 +207,14 @@ BeadReading Read(const Strip& strip, std::size_t place, const Level& level, doub
   }
   reading.centre_px = track_y + span.middle;
   reading.width_px = sum;
-  // Texture is alike over a few rows: its noise adds over rows faster than their root.
+  // Texture is correlated over a few rows: its noise adds faster than the root of their number.
   constexpr double kAlikeRows = 3;
   reading.sigma_px = level.grain / contrast * std::sqrt(kAlikeRows * 2.0 * skirt);
   return reading;
 }
 
-// Sigma of a Gaussian blur whose edge is as steep as the steepest step of a line's mean profile: of
-// single places the grain of the plate would be the steepest.
+// Returns the sigma of a Gaussian blur whose edge is as steep as the steepest step of a line's mean
+// profile. At single positions the plate's grain would be steepest.
 double EdgeBlur(const std::vector<Strip>& strips) {
   std::vector<double> blurs;
   for (const Strip& strip : strips) {
@@ -240,7 +240,7 @@ double EdgeBlur(const std::vector<Strip>& strips) {
   return blurs.empty() ? 0 : Median(blurs);
 }
 
-// Readings cannot be surer than their scatter from place to place shows.
+// Raises sigmas of readings to their scatter between neighbouring positions.
 void RaiseSigmaToScatter(std::vector<BeadReading>& line) {
   std::vector<double> steps;
   for (std::size_t i = 1; i + 1 < line.size(); ++i) {
@@ -249,7 +249,7 @@ void RaiseSigmaToScatter(std::vector<BeadReading>& line) {
     }
   }
   constexpr double kFloor_px = 0.05;
-  // Half of two neighbours minus the middle scatters by sqrt(3/2) sigma.
+  // The mean of two neighbours minus the middle scatters by sqrt(3/2) sigma.
   const double scatter =
       std::max(kFloor_px, steps.size() < 3 ? 0 : RobustStandardDeviation(steps) / std::sqrt(1.5));
   for (BeadReading& reading : line) {

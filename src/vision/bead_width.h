@@ -1,4 +1,4 @@
-// How wide printed lines are, all along.
+// Widths of printed lines, all along.
 #pragma once
 
 #include <vector>
@@ -8,7 +8,7 @@
 
 namespace trammel::vision {
 
-/// One place on a line.
+/// Reading at one position of a line.
 struct BeadReading {
   double x_px = 0;
   double centre_px = 0;  ///< y of the bead's middle (of its track where it is broken)

@@ -94,7 +94,7 @@ TEST(BeadWidth, IsNoneWhereTheFilamentBroke) {
   Random random(3);
   const Drawn drawn = Draw({8, 8, 8, 8, 8}, 1.0, 0, true, random);
   const BeadWidths widths = MeasureBeadWidths(drawn.contrast, drawn.line_pattern);
-  constexpr double kNothing_px = 0.2;  // as above: what levels and pixels leave
+  constexpr double kNothing_px = 0.2;  // as above: residual of levels and pixels
   for (const BeadReading& reading : widths.lines[0]) {
     if (reading.x_px > 185 && reading.x_px < 215) {
       EXPECT_NEAR(reading.width_px, 0, kNothing_px) << reading.x_px;
@@ -156,7 +156,7 @@ TEST(BeadWidth, MeasuresNothingBeyondThePhoto) {
   }
 }
 
-// As a lamp does that a textured plate throws back on one side.
+// Given a lamp whose light a textured plate reflects on one side.
 TEST(BeadWidth, ReadsLinesThatAreDarkerThanThePlateOnOneSide) {
   Random random(5);
   const std::vector<double> bead_px(7, kBead_px);
@@ -168,7 +168,7 @@ TEST(BeadWidth, ReadsLinesThatAreDarkerThanThePlateOnOneSide) {
     }
   }
   const BeadWidths widths = MeasureBeadWidths(drawn.contrast, drawn.line_pattern);
-  constexpr double kNear_px = 40;  // of the change, within the levels' zones
+  constexpr double kNear_px = 40;  // from the change, within the levels' zones
   for (const std::vector<BeadReading>& line : widths.lines) {
     std::vector<double> left, right;
     for (const BeadReading& reading : line) {

@@ -24,13 +24,13 @@ constexpr int kLongestSearched_px = 1000;  // of the shrunk picture that is sear
 constexpr std::size_t kFewestStrokes = 5;
 constexpr std::size_t kMostFound = 8;
 
-// What one look at the picture depends on.
+// Parameters of one search in the picture.
 struct Look {
   double smooth_px = 1;  // sigma before comparing with the surroundings
-  double window = 0.1;   // of the longest side: the surroundings
+  double window = 0.1;   // of the longest side: extent of the surroundings
 };
 
-// The directions along which most edges run, strongest first; rad from +x towards +y, [0, pi).
+// Returns the directions of most edges, strongest first; rad from +x towards +y, [0, pi).
 std::vector<double> EdgeDirections(const cv::Mat& channel) {
   cv::Mat smooth, dx, dy;
   channel.convertTo(smooth, CV_32F);
@@ -65,7 +65,7 @@ std::vector<double> EdgeDirections(const cv::Mat& channel) {
   return directions;
 }
 
-// The picture turned so that a direction runs along the rows.
+// Picture rotated so that a direction runs along the rows.
 struct TurnedGrid {
   cv::Size size;
   cv::Mat seen;
@@ -94,12 +94,11 @@ struct Family {
   double weight = 0;        // lengths times contrast, less where irregular
 };
 
-// Noise that happens to lie near whole places scatters evenly within the tolerance of 0.2: by
-// 0.115.
+// Noise near whole places by chance scatters uniformly within the tolerance of 0.2: by 0.115.
 constexpr double kOffPencil = 0.2;
 constexpr double kNoiseIrregularity = 0.115;
 
-using Places = std::map<std::size_t, int>;  // of strokes, by index
+using Places = std::map<std::size_t, int>;  // by stroke index
 
 double YNear(const Stroke& stroke, double x) {
   const auto after = std::lower_bound(stroke.points.begin(), stroke.points.end(), x,
@@ -107,7 +106,7 @@ double YNear(const Stroke& stroke, double x) {
   return after == stroke.points.end() ? stroke.points.back().y : after->y;
 }
 
-// Strokes that cross a column, by y.
+// Returns the strokes that cross a column, by y.
 std::vector<std::pair<double, std::size_t>> Crossing(const std::vector<Stroke>& strokes, double x) {
   std::vector<std::pair<double, std::size_t>> crossing;
   for (std::size_t i = 0; i < strokes.size(); ++i) {
@@ -118,10 +117,9 @@ std::vector<std::pair<double, std::size_t>> Crossing(const std::vector<Stroke>& 
   return crossing;
 }
 
-// From two neighbours on, the strokes that follow in steps that change slowly; upwards and
-// downwards.
+// Follows the strokes from two neighbours on, upwards and downwards, in steps that change slowly.
 Places Walk(const std::vector<std::pair<double, std::size_t>>& crossing, std::size_t start) {
-  constexpr double kOff = 0.22;  // of a step
+  constexpr double kOff = 0.22;  // relative to a step
   constexpr int kMostEmpty = 3;
   Places places{{crossing[start].second, 0}, {crossing[start + 1].second, 1}};
   const double first_step = crossing[start + 1].first - crossing[start].first;
@@ -156,7 +154,7 @@ std::vector<PencilPoint> PointsOf(const std::vector<Stroke>& strokes, const Plac
   return points;
 }
 
-// All strokes that lie on whole places of a pencil, wherever they are.
+// Returns all strokes on whole places of a pencil, wherever they are.
 Places OnPencil(const std::vector<Stroke>& strokes, const LinePencil& pencil) {
   Places places;
   for (std::size_t i = 0; i < strokes.size(); ++i) {
@@ -174,9 +172,8 @@ Places OnPencil(const std::vector<Stroke>& strokes, const LinePencil& pencil) {
 // Columns, from and to.
 using Stretch = std::pair<double, double>;
 
-// The columns in which most of the places that the picture shows have a stroke: the plate's edge, a
-// shadow or stripes in the surroundings put strokes on some places only. Where there are several
-// such stretches, the longest.
+// Returns the longest range of columns in which most of the visible places have a stroke: the
+// plate's edge, a shadow or stripes in the surroundings put strokes on some places only.
 std::optional<Stretch> CoveredColumns(const std::vector<Stroke>& strokes, const Places& places,
                                       const LinePencil& pencil, const cv::Mat& seen) {
   constexpr int kColumns = 180;
@@ -214,7 +211,7 @@ std::optional<Stretch> CoveredColumns(const std::vector<Stroke>& strokes, const 
   return longest;
 }
 
-// Drops outer places at which little is seen beside the rest: the plate's texture.
+// Drops outer places with weak strokes relative to the rest: the plate's texture.
 void DropWeakEnds(std::map<int, double>& strength) {
   std::vector<double> strengths;
   for (const auto& [place, of_place] : strength) strengths.push_back(of_place);
@@ -291,8 +288,9 @@ std::optional<Family> LargestFamily(const std::vector<Stroke>& strokes, const cv
   return best;
 }
 
-// The point where a side of the family meets the line of a place. Sides run towards the vanishing
-// point of what is square to the strokes at the family's middle, as far as the picture tells.
+// Returns the intersection of a side of the family with the line of a place. Sides point towards
+// the vanishing point of the perpendicular to the strokes at the family's middle, as far as the
+// picture determines it.
 std::optional<PointPx> OnSide(const Family& family, double x_side, double place) {
   const double first = family.strength.begin()->first, last = family.strength.rbegin()->first;
   const std::array<double, 3>& horizon = family.pencil.step;
@@ -301,11 +299,11 @@ std::optional<PointPx> OnSide(const Family& family, double x_side, double place)
   const auto middle = [&](double x) { return family.pencil.Y_px((first + last) / 2, x); };
   const double y_middle = middle(x_middle), y_side = middle(x_side);
   const double slope = (middle(x_middle + half) - middle(x_middle - half)) / (2 * half);
-  // On the horizon, at middle + t (-slope, 1); homogeneous, so that it may lie at infinity.
+  // Point on the horizon, at middle + t (-slope, 1); homogeneous, as it may be at infinity.
   const double towards = horizon[1] - slope * horizon[0];
   const double at = horizon[0] * x_middle + horizon[1] * y_middle + horizon[2];
   const double vx = x_middle * towards + slope * at, vy = y_middle * towards - at;
-  // The line through the side's point (x_side, y_side, 1) and (vx, vy, towards).
+  // Line through the side's point (x_side, y_side, 1) and (vx, vy, towards).
   const double a = y_side * towards - vy, b = vx - x_side * towards, c = x_side * vy - y_side * vx;
   std::array<double, 3> line{};
   for (std::size_t i = 0; i < 3; ++i) line[i] = family.pencil.first[i] + place * horizon[i];
@@ -345,9 +343,9 @@ double Apart_px(const Quad& a, const Quad& b) {
   return apart;
 }
 
-// Adds a comb unless it was found before and clearer; the clearest first.
+// Adds a comb unless a clearer one was found in the same place; the clearest first.
 void KeepBest(std::vector<FoundComb>& found, FoundComb comb) {
-  constexpr double kSame = 0.25;  // of a place
+  constexpr double kSame = 0.25;  // relative to a place
   const double place_px =
       Distance_px(comb.corners[1], comb.corners[2]) / (comb.places - 1 + 2 * kAroundComb);
   for (FoundComb& other : found) {
@@ -404,7 +402,7 @@ std::vector<FoundComb> FindCombs(const BgrView& photo) {
     }
   }
   for (FoundComb& comb : found) {
-    // Pixel centres have whole coordinates, so that a scale acts about (-0.5, -0.5).
+    // Pixel centres have whole coordinates, so that scaling is about (-0.5, -0.5).
     for (PointPx& p : comb.corners) p = {(p.x + 0.5) / scale - 0.5, (p.y + 0.5) / scale - 0.5};
   }
   return found;

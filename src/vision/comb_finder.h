@@ -1,4 +1,4 @@
-// Finds equally spaced parallel strokes in a busy picture, whether or not they are seen whole.
+// Finds equally spaced parallel strokes in a busy picture, even if partly hidden.
 #pragma once
 
 #include <vector>
@@ -14,7 +14,7 @@ inline constexpr double kAroundComb = 3;
 /// Of the strokes' length beyond their ends.
 inline constexpr double kBesideComb = 0.15;
 
-/// Strokes on the lines of a pencil, and the piece of the plane that holds them.
+/// Strokes on the lines of a pencil, and the part of the plane that contains them.
 struct FoundComb {
   /// Corners of that piece in px of the photo, parts of which may lie outside: the outer two
   /// sides along the strokes lie kAroundComb places beyond the first and the last stroke. First to

@@ -16,9 +16,9 @@
 namespace trammel::vision {
 namespace {
 
-constexpr double kPlate = 0.25, kFilament = 0.75;  // of what lies along a line
+constexpr double kPlate = 0.25, kFilament = 0.75;  // filament's share along a line
 
-// What lies beyond an outer line, as distances from it.
+// Contrast beyond an outer line, by distance from it.
 class Beyond {
  public:
   Beyond(const GrayImage& contrast, const GrayImage& seen, const LinePattern& pattern,
@@ -34,8 +34,8 @@ class Beyond {
     LearnLevels(pattern, beyond_last);
   }
 
-  // Share of filament along the columns x_from … x_to, in pieces of a bead
-  // whose means count: a plate is grainy. Nothing where most is not shown.
+  // Returns the share of filament along the columns x_from … x_to, from the means of pieces of a
+  // bead's size, since a plate is grainy. Absent if most is not visible.
   [[nodiscard]] std::optional<double> Filament(double x_from, double x_to, double d_from,
                                                double d_to) const {
     const int pieces = std::max(1, static_cast<int>((x_to - x_from) / bead_px_));
@@ -76,13 +76,13 @@ class Beyond {
         for (std::size_t i = 0; i < lines; ++i) {
           Read(x, pattern.rungs[beyond_last ? last - i : i](x), filament);
         }
-        // Of the plate beyond the line, where glare may make it brighter than
-        // between the lines.
+        // Samples of the plate beyond the line, where glare may make it brighter than between the
+        // lines.
         for (double d = 0.45 * pattern.pitch_px; d <= 0.75 * pattern.pitch_px; d += 1) {
           Read(x, outer_(x) + away_ * d, plate);
         }
       }
-      // A line may be torn for a good part.
+      // A large part of a line may be broken.
       constexpr double kWhole = 0.65;
       half_.push_back(plate.empty() || filament.empty()
                           ? std::numeric_limits<double>::infinity()
@@ -175,11 +175,11 @@ bool IsSeen(const GrayImage& seen, double x, double y) {
          seen.row(row)[column] > 0.5F;
 }
 
-// What is traced of one place.
+// Trace of one place.
 struct Rung {
   int place = 0;
   Curve track;
-  Columns seen;                      // with the plate on both sides
+  Columns seen;                      // plate on both sides
   int found = 0;                     // zones in which something stands out
   int zones = 0;                     // zones seen
   double height = 0;                 // median
@@ -188,7 +188,7 @@ struct Rung {
   double roughness_px = 0;           // median deviation from the track
 };
 
-// The longest stretch of columns in which a track and the plate beside it are seen.
+// Returns the longest range of columns in which a track and the plate beside it are visible.
 Columns SeenAlong(const GrayImage& seen, const Curve& track, double pitch_px) {
   Columns longest, stretch;
   const double reach = 0.6 * pitch_px;
@@ -219,7 +219,7 @@ Rung TraceRung(const GrayImage& contrast, const GrayImage& seen, int place, doub
     }
     ++rung.zones;
     const auto section = SectionOfRung(contrast, x0, x1, y_px, pitch_px);
-    // Something as wide as the pitch is a rail, not a line.
+    // A feature as wide as the pitch is a rail, not a line.
     if (!section || section->height < least_height || section->width_px > 0.7 * pitch_px ||
         std::abs(section->middle_px - y_px) > kOff * pitch_px) {
       continue;
@@ -244,12 +244,12 @@ Rung TraceRung(const GrayImage& contrast, const GrayImage& seen, int place, doub
   return rung;
 }
 
-// What is usual among the places that were found.
+// Typical values of the places that were found.
 struct UsualRung {
   double height = 0, width_px = 0, share = 0;
 };
 
-// Texture of the plate is lower, thinner, rougher, or broken more often.
+// Rejects texture of the plate, which is lower, thinner, rougher, or broken more often.
 bool IsLine(const Rung& rung, const UsualRung& usual, double pitch_px) {
   constexpr int kFewestZones = 4;
   constexpr double kLeast = 0.35, kLeastShare = 0.6, kRoughest = 0.07;
@@ -280,8 +280,8 @@ std::vector<Rung> TraceRungs(const GrayImage& contrast, const GrayImage& seen,
   return rungs;
 }
 
-// Where, going from inside the comb towards one side, what lies between two lines becomes as bright
-// as they are.
+// Finds where, from inside the comb towards a side, the space between two lines is as bright as
+// they are.
 std::optional<double> RailEdge(const std::vector<double>& values, const Columns& seen, int from,
                                int direction, double half, double bead_px) {
   const int least = std::max(2, static_cast<int>(0.5 * bead_px));
@@ -298,10 +298,10 @@ std::optional<double> RailEdge(const std::vector<double>& values, const Columns&
   return std::nullopt;
 }
 
-// A rail's inner edge as seen between the lines.
+// Inner edge of a rail as seen between the lines.
 struct Rail {
   std::vector<double> x_px, y_px;
-  std::vector<double> unseen_from_px;  // where a space without an edge leaves the photo
+  std::vector<double> unseen_from_px;  // where an edgeless space leaves the photo
 };
 
 struct Rails {
@@ -322,12 +322,12 @@ Rails LookForRails(const GrayImage& contrast, const std::vector<Rung>& rungs, do
     const std::vector<double> values =
         BoxMean(BetweenRungs(contrast, above.track, below.track, pitch_px),
                 std::max(1, static_cast<int>(bead_px / 6)));
-    // From a good way inside: the lines' ends may be hidden by the rail's fillets.
+    // Start well inside: the lines' ends may be hidden by the rail's fillets.
     const int inside = std::max(1, (right - left) / 4);
     for (const int direction : {-1, 1}) {
       Rail& rail = direction < 0 ? rails.left : rails.right;
       const int from = direction < 0 ? left + inside : right - inside;
-      // Of the half beside the rail: light is uneven along the lines.
+      // Level of the half beside the rail: light is uneven along the lines.
       const int middle = (left + right) / 2;
       const double plate = direction < 0
                                ? Quantile({values.begin() + left, values.begin() + middle}, 0.4)
@@ -345,8 +345,8 @@ Rails LookForRails(const GrayImage& contrast, const std::vector<Rung>& rungs, do
   return rails;
 }
 
-// Straight line through most of a rail's edges; nothing where they do not lie on one, or where
-// several spaces show plate on the far side of it.
+// Fits a straight line through most of a rail's edges; absent if they are not collinear, or if
+// several spaces show plate on its far side.
 std::optional<Curve> FitRail(const Rail& rail, int direction, double height_px, double pitch_px,
                              double bead_px) {
   constexpr std::size_t kFewest = 3;
@@ -385,7 +385,8 @@ std::optional<Curve> FitRail(const Rail& rail, int direction, double height_px, 
   return Curve{centre, centre, offset, slope * centre, 0};
 }
 
-// The plate's level between two lines, of the half beside a rail: light is uneven along the lines.
+// Returns the plate's level between two lines, of the half beside a rail: light is uneven along the
+// lines.
 double PlateBetween(const GrayImage& contrast, const Rung& above, const Rung& below,
                     double pitch_px, int direction) {
   const std::vector<double> values = BetweenRungs(contrast, above.track, below.track, pitch_px);
@@ -396,8 +397,8 @@ double PlateBetween(const GrayImage& contrast, const Rung& above, const Rung& be
   return Median(std::vector<double>(values.begin() + left, values.begin() + right + 1));
 }
 
-// Whether most lines reach a rail. What lies between the lines does not: there the frame's bar is
-// in between, and what was taken for a rail is the plate outside.
+// True if most lines reach a rail. The spaces between the lines do not: there the frame's bar is in
+// between, and the apparent rail is the plate outside.
 bool LinesReach(const GrayImage& contrast, const std::vector<Rung>& rungs, const Curve& inner,
                 int direction, double pitch_px, double bead_px, double height) {
   int reaching = 0, looked_at = 0;
@@ -422,7 +423,7 @@ bool LinesReach(const GrayImage& contrast, const std::vector<Rung>& rungs, const
   return looked_at > 0 && reaching >= kLeastShare * looked_at;
 }
 
-// Whether a rail goes on beside a place; nothing where the photo does not show it.
+// True if a rail continues beside a place; nothing if the photo does not show it.
 std::optional<bool> RailGoesOn(const GrayImage& contrast, const GrayImage& seen, const Curve& inner,
                                int direction, double y_from, double y_to, double bead_px,
                                double half) {
@@ -441,8 +442,8 @@ std::optional<bool> RailGoesOn(const GrayImage& contrast, const GrayImage& seen,
   return sum / count > half;
 }
 
-// Drops outer lines beyond which no rail is seen to go on: a bar of the frame and what lies outside
-// of it. A bar that is taken for a line would shift the names of all.
+// Drops outer lines beyond which no rail continues: a bar of the frame and features outside of it.
+// A bar mistaken for a line would shift the values of all.
 // @returns how many of them may be lines: the photo does not show the rails there.
 int DropBars(const GrayImage& contrast, const GrayImage& seen, const std::optional<Curve>& left,
              const std::optional<Curve>& right, double pitch_px, double bead_px, double height,
@@ -453,7 +454,7 @@ int DropBars(const GrayImage& contrast, const GrayImage& seen, const std::option
       const Rung& outer = at_top ? rungs.front() : rungs.back();
       const Rung& next = at_top ? rungs[1] : rungs[rungs.size() - 2];
       const double away = at_top ? -1 : 1;
-      // Beyond a bar of the frame, two beads thick at most; rails may end soon beyond the last
+      // Beyond a bar of the frame, at most two beads thick; rails may end soon beyond the last
       // line.
       const double from_px = std::min(0.45 * pitch_px, 1.5 * bead_px);
       const double to_px = std::min(0.7 * pitch_px, 2.5 * bead_px);
@@ -469,7 +470,7 @@ int DropBars(const GrayImage& contrast, const GrayImage& seen, const std::option
         goes_on |= on.value_or(false);
       }
       if (goes_on) break;
-      // Beyond an empty place it is a bar, or a line that the count shows to be one too many.
+      // Beyond an empty place it is a bar, or a line in excess by the count.
       doubtful += !shown && std::abs(outer.place - next.place) == 1;
       rungs.erase(at_top ? rungs.begin() : std::prev(rungs.end()));
     }
@@ -477,7 +478,7 @@ int DropBars(const GrayImage& contrast, const GrayImage& seen, const std::option
   return doubtful;
 }
 
-// Whether the photo ends before the next place beyond an outer line, so far that a line there would
+// True if the photo ends so far before the next place beyond an outer line that a line there would
 // not be traced.
 bool CutBeside(const GrayImage& seen, const Rung& outer, double away_px) {
   int shown = 0, columns = 0;
@@ -488,7 +489,7 @@ bool CutBeside(const GrayImage& seen, const Rung& outer, double away_px) {
   return 2 * shown < columns;
 }
 
-// A rail that is not seen, as the other one shifted to where the lines leave the photo.
+// Returns an invisible rail as the other one shifted to where the lines leave the photo.
 Curve BesideLines(const Curve& other, const std::vector<Rung>& rungs, int direction) {
   double shift = 0;
   for (const Rung& rung : rungs) {

@@ -70,7 +70,7 @@ std::optional<LinePencil> FitPencil(std::span<const PencilPoint> points) {
   const auto solution = geometry::SolveOfFullRank(a, b);
   if (!solution) return std::nullopt;
   const Eigen::VectorXd& c = *solution;
-  // Back to pixels: line (u, v, w) in scaled coordinates is (u, v, size w - u x0 - v y0).
+  // Converts to pixels: line (u, v, w) in scaled coordinates is (u, v, size w - u x0 - v y0).
   const auto unscaled = [&](double u, double v, double w) {
     return std::array<double, 3>{u, v, size * w - u * x0 - v * y0};
   };
@@ -92,7 +92,7 @@ std::optional<LinePencil> FitPencil(std::span<const PencilPoint> points) {
 
 namespace {
 
-// A stretch of one strip that stands out.
+// Contrasting section of one strip.
 struct Peak {
   double middle = 0;
   double width = 0;
@@ -125,13 +125,13 @@ std::vector<Peak> Peaks(const std::vector<float>& means) {
   return peaks;
 }
 
-// A stroke that may go on.
+// Stroke that may continue.
 struct Growing {
   Stroke stroke;
   std::vector<double> widths, heights;
   int last_strip = 0;
 
-  // Where it is expected at another place: straight on, from its last points.
+  // Extrapolates the stroke to another place: straight on, from its last points.
   [[nodiscard]] double Expected(double x) const {
     const std::vector<PointPx>& p = stroke.points;
     constexpr std::size_t kReach = 8;
@@ -142,13 +142,13 @@ struct Growing {
   }
 };
 
-// Those that may go on, and those that have ended.
+// Strokes that may continue, and those that have ended.
 struct Tracing {
   std::vector<Growing> growing;
   std::vector<Growing> ended;
 };
 
-// Moves strokes that were not seen for long to the ended ones.
+// Moves strokes unseen for long to the ended ones.
 void EndOld(int strip, Tracing& tracing) {
   constexpr int kLongestBreak = 4;  // strips
   const auto old = std::stable_partition(
@@ -159,7 +159,7 @@ void EndOld(int strip, Tracing& tracing) {
 }
 
 void Link(const std::vector<Peak>& peaks, int strip, double x, Tracing& tracing) {
-  constexpr double kReach = 0.4;  // of a stroke's width
+  constexpr double kReach = 0.4;  // relative to a stroke's width
   EndOld(strip, tracing);
   std::vector<Growing>& growing = tracing.growing;
   std::vector<double> expected;

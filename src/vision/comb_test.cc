@@ -137,7 +137,7 @@ DrawnPattern DrawPattern(bool inverted, int hidden_right_px) {
       drawn.seen.row(y)[x] = x < kWidth - hidden_right_px ? 1 : 0;
     }
   }
-  // Of the inverted pattern the spaces are what stands out.
+  // In the inverted pattern the spaces have the contrast.
   drawn.places = {inverted ? kFirst + kPitch / 2 : kFirst, kPitch, inverted ? kLines - 1 : kLines};
   return drawn;
 }

@@ -51,7 +51,7 @@ cv::Mat LocalContrast(const cv::Mat& channel, double smooth_px, int window_px) {
 
 namespace {
 
-// Standard deviation of brightness about its local mean, in units of 1 / gain levels.
+// Returns the standard deviation of brightness about its local mean, in units of 1 / gain levels.
 cv::Mat Spread(const cv::Mat& grey, double sigma_px, double gain) {
   cv::Mat value, mean, spread, levels;
   grey.convertTo(value, CV_32F);
@@ -81,7 +81,7 @@ Frame WithTexture(const BgrView& picture) {
                     static_cast<std::size_t>(picture.stride));
   cv::Mat grey;
   cv::extractChannel(bgr, grey, 1);
-  // A plate's grain is seen finer in a smaller picture; below that, it is but noise.
+  // A plate's grain is finer in a smaller picture; below that, it is only noise.
   const double sigma_px = std::max(0.7, std::max(picture.width, picture.height) / 1920.0);
   constexpr double kFineGain = 10, kCoarseGain = 8;  // spreads of 25 and 32 levels are white
   const cv::Mat planes[] = {grey, Spread(grey, sigma_px, kFineGain),
@@ -134,7 +134,7 @@ std::optional<ColourWeights> FindContrast(const BgrView& picture, const GrayImag
       const cv::Vec3b& p = bgr.at<cv::Vec3b>(y, x);
       const cv::Vec3b& q = surroundings.at<cv::Vec3b>(y, x);
       const float share = filament.row(y)[x];
-      if (share > 0.1F && share < 0.9F) continue;  // on an edge
+      if (share > 0.1F && share < 0.9F) continue;  // edge pixel
       (share > 0.5F ? on : off)
           .Add({double(p[0]) - q[0], double(p[1]) - q[1], double(p[2]) - q[2]});
     }

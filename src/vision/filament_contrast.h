@@ -1,4 +1,4 @@
-// Measures how filament differs from plate.
+// Measures the difference between filament and plate.
 #pragma once
 
 #include <array>
@@ -11,45 +11,45 @@
 
 namespace trammel::vision {
 
-/// Spreads above the surroundings from which on a pixel counts as filament.
+/// Contrast above which a pixel counts as filament, in spreads above the surroundings.
 inline constexpr double kFilamentBegins = 0.25;
 
-/// Brightness, blue, red and the two opponent colours, 8-bit: filament and plate differ in at least
-/// one. Of a grey picture the brightness only.
+/// Returns brightness, blue, red and the two opponent colours, 8-bit: filament and plate differ in
+/// at least one. For a grey picture only the brightness.
 [[nodiscard]] std::vector<cv::Mat> ColourChannels(const cv::Mat& bgr);
 
-/// Difference from the surroundings, in units of its own spread there; float.
+/// Returns the difference from the surroundings, in units of their spread; float.
 /// @param smooth_px  sigma before comparing. REQUIRES > 0.
 /// @param window_px  side of the surroundings, odd.
 [[nodiscard]] cv::Mat LocalContrast(const cv::Mat& channel, double smooth_px, int window_px);
 
-/// Whether blue, green and red are alike in every pixel, but for what a JPEG rounds.
+/// True if blue, green and red are equal in every pixel, but for a JPEG's rounding.
 [[nodiscard]] bool IsGrey(const BgrView& picture);
 
-/// Puts the local spread of brightness in place of two of a grey picture's alike channels:
-/// brightness stays in the blue one; green and red are the spreads over about 2 and 4 px of a
-/// picture of 1920 px. Translucent filament may be as bright as a textured plate, but is smooth.
+/// Replaces two of a grey picture's equal channels by the local spread of brightness: brightness
+/// remains in the blue one; green and red are the spreads over about 2 and 4 px of a picture of
+/// 1920 px. Translucent filament may be as bright as a textured plate, but is smooth.
 /// @param picture  8-bit BGR. REQUIRES IsGrey.
 [[nodiscard]] Frame WithTexture(const BgrView& picture);
 
-/// Undoes WithTexture: brightness in all three channels.
+/// Reverts WithTexture: brightness in all three channels.
 void DropTexture(Frame& picture);
 
 /// Weights of blue, green and red; filament is higher than the plate beside it.
 using ColourWeights = std::array<double, 3>;
 
-/// Fisher's linear discriminant between filament and plate, of colours relative to their
+/// Computes Fisher's linear discriminant between filament and plate, of colours relative to their
 /// surroundings, so that uneven light does not count as a difference.
 /// @param picture   8-bit BGR.
-/// @param filament  of the same size: 1 on filament, 0 beside it; may be wrong here and there.
+/// @param filament  of the same size: 1 on filament, 0 beside it; may be partly wrong.
 /// @param surroundings_px  side of the window that counts as surroundings, >= 3.
-/// @returns weights that put filament 100 above the plate on average; nothing where either covers
+/// @returns weights that put filament 100 above the plate on average; nothing if either covers
 ///          less than 5 % or their colours do not differ.
 [[nodiscard]] std::optional<ColourWeights> FindContrast(const BgrView& picture,
                                                         const GrayImage& filament,
                                                         int surroundings_px);
 
-/// The weighted sum of the colours of each pixel.
+/// Returns the weighted sum of each pixel's colours.
 [[nodiscard]] GrayImage Mix(const BgrView& picture, const ColourWeights& weights);
 
 }  // namespace trammel::vision

@@ -38,8 +38,7 @@ Exposure FitExposure(const std::vector<float>& before, const std::vector<float>&
     variance += (before[i] - mean_b) * (before[i] - mean_b);
   }
   Exposure exposure;
-  // A laser line that moved away has no gain; what is common to two pictures of one scene is
-  // near 1.
+  // A laser line that moved away has no gain; a common gain of two pictures of one scene is near 1.
   constexpr double kMostGain = 2;
   if (variance > 0) exposure.gain = std::clamp(covariance / variance, 1 / kMostGain, kMostGain);
   exposure.offset = mean_a - exposure.gain * mean_b;

@@ -1,4 +1,4 @@
-// Compares frames of a still camera.
+// Compares frames of a camera at rest.
 #pragma once
 
 #include <cstdint>
@@ -8,7 +8,7 @@
 
 namespace trammel::vision {
 
-/// A picture reduced to what is compared; reusable storage.
+/// Picture reduced for comparison; reusable storage.
 struct FrameSketch {
   int width = 0;                  ///< blocks
   int height = 0;                 ///< blocks
@@ -27,22 +27,21 @@ void SketchFrame(const BgrView& frame, FrameSketch& sketch);
 [[nodiscard]] double FrameChange(const FrameSketch& before, const FrameSketch& after,
                                  std::vector<float>& scratch);
 
-/// Sums the frames of a standing camera before a standing scene.
+/// Sums the frames of a camera at rest before a static scene.
 class StillPicture {
  public:
-  static constexpr int kMostFrames = 256;  ///< of 8 bits that a sum of 16 holds
+  static constexpr int kMostFrames = 256;  ///< 8-bit frames that fit a 16-bit sum
 
   enum class Added { kStill, kMoved, kOtherSize };
 
-  /// Adds a frame unless it shows something elsewhere than the first one did: kMoved where more
-  /// than a thousandth of all values (a stripe of 3 px in 1280) differ by more than 24 levels,
-  /// which is beyond the noise of a bright stripe and its JPEG. REQUIRES fewer than kMostFrames so
-  /// far.
+  /// Adds a frame unless its content moved since the first one: kMoved if more than a thousandth of
+  /// all values (a stripe of 3 px in 1280) differ by more than 24 levels, which exceeds the noise
+  /// of a bright stripe and its JPEG. REQUIRES fewer than kMostFrames so far.
   [[nodiscard]] Added Add(const Frame& frame);
 
   [[nodiscard]] int frames() const { return frames_; }
 
-  /// The mean, rounded; it carries the time of the first frame. REQUIRES a frame.
+  /// Returns the mean, rounded, with the time of the first frame. REQUIRES a frame.
   [[nodiscard]] Frame Mean() const;
 
  private:

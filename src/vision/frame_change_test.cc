@@ -103,7 +103,7 @@ TEST(StillPicture, MeanHasHalfOfTheNoiseOfAFrame) {
   double squares = 0;
   int count = 0;
   for (int y = 0; y < mean.height; ++y) {
-    for (int x = 0; x < 300; ++x) {  // of the ground left of the stripe, all three colours
+    for (int x = 0; x < 300; ++x) {  // ground left of the stripe, all three colours
       squares += std::pow(view.row(y)[x] - 40.0, 2);
       ++count;
     }

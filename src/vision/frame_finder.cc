@@ -35,7 +35,7 @@ double TriangleArea(const PointPx& a, const PointPx& b, const PointPx& c) {
   return std::abs((b.x - a.x) * (c.y - a.y) - (b.y - a.y) * (c.x - a.x)) / 2;
 }
 
-// A side in its own frame: along from corner to corner, outward positive.
+// Side in its own frame: along from corner to corner, outward positive.
 struct Side {
   PointPx origin;
   double along_x = 0, along_y = 0, out_x = 0, out_y = 0, length = 0;
@@ -72,12 +72,12 @@ struct Hit {
   double out = 0;
 };
 
-// For places along the side, the begin of the mask that is nearest to the side. A begin needs two
-// set pixels behind it, so that speckles do not count.
+// Finds, for places along the side, the start of the mask nearest to it. A start needs two set
+// pixels behind it, so that speckles do not count.
 std::vector<Hit> Hits(const GrayImage& mask, const Side& side, double reach, int places) {
   std::vector<Hit> hits;
   for (int i = 0; i < places; ++i) {
-    // Corners are round: the outermost parts of a side say nothing of its line.
+    // Corners are round: the outermost parts of a side are not on its line.
     const double along = side.length * (0.05 + 0.9 * i / (places - 1));
     double best = 2 * reach;
     bool outside = false;
@@ -132,7 +132,7 @@ std::optional<Quad> QuadAround(std::vector<PointPx> polygon) {
       const PointPx& d = polygon[(i + 2) % n];
       const std::optional<PointPx> meet = Intersection(a, b, d, c);
       if (!meet) continue;
-      // They must meet beyond the dropped side b-c, not behind their own begins.
+      // They must meet beyond the dropped side b-c, not behind their own beginnings.
       const double beyond = (meet->x - a.x) * (b.x - a.x) + (meet->y - a.y) * (b.y - a.y);
       const double side = (b.x - a.x) * (b.x - a.x) + (b.y - a.y) * (b.y - a.y);
       if (beyond < side) continue;
@@ -206,10 +206,10 @@ std::optional<RefinedQuad> RefineQuad(const GrayImage& mask, const Quad& start) 
   return refined;
 }
 
-// What one look at the picture depends on.
+// Parameters of one search in the picture.
 struct Look {
   double smooth_px = 1;  // sigma before comparing with the surroundings
-  double window = 0.1;   // of the longest side: the surroundings
+  double window = 0.1;   // of the longest side: extent of the surroundings
   int open_px = 0;       // thinner things are cut off
 };
 
@@ -235,7 +235,7 @@ bool InsidePicture(const Quad& quad, int width, int height) {
   });
 }
 
-// A convex outline as a frame, where the mask begins along all of its sides.
+// Adds a convex outline as a frame, if the mask begins along all of its sides.
 void TryOutline(const std::vector<cv::Point>& points, const GrayImage& mask,
                 std::vector<FoundFrame>& found) {
   const std::vector<PointPx> outline = ConvexOutline(points);
@@ -250,14 +250,14 @@ void TryOutline(const std::vector<cv::Point>& points, const GrayImage& mask,
   found.push_back({refined->quad, refined->closed, mask, 1});
 }
 
-// Frames among the connected pieces of one mask: by their own outline, and by the outline of the
-// plate that they enclose, since glare, strings and other things may touch a frame from outside.
+// Collects frames among the connected pieces of one mask: by their own outline, and by that of the
+// enclosed plate, since glare or strings may touch a frame from outside.
 void CollectFrames(const cv::Mat& mask, std::vector<FoundFrame>& found) {
   std::vector<std::vector<cv::Point>> contours;
   std::vector<cv::Vec4i> family;  // next, previous, first child, parent
   cv::findContours(mask, contours, family, cv::RETR_CCOMP, cv::CHAIN_APPROX_SIMPLE);
   const double picture = static_cast<double>(mask.cols) * mask.rows;
-  constexpr double kLargeHole = 0.02;  // of the frame's smallest area: the rest are speckles
+  constexpr double kLargeHole = 0.02;  // of the frame's smallest area: smaller ones are speckles
   GrayImage gray;
   for (std::size_t i = 0; i < contours.size(); ++i) {
     if (family[i][3] >= 0 || cv::boundingRect(contours[i]).area() < kSmallestArea * picture) {
@@ -285,12 +285,12 @@ bool Same(const Quad& a, const Quad& b) {
   return false;
 }
 
-// Closed frames before open ones; among these large ones before the holes inside them.
+// Ranks closed frames before open ones, and among these large ones before the holes inside them.
 double Rank(const FoundFrame& frame) {
   return frame.closed * std::pow(Area_px2(frame.outer), 0.25);
 }
 
-// The best of each, best first.
+// Returns the best of each, best first.
 std::vector<FoundFrame> Distinct(std::vector<FoundFrame> found) {
   std::stable_sort(found.begin(), found.end(),
                    [](const FoundFrame& a, const FoundFrame& b) { return Rank(a) > Rank(b); });
@@ -335,7 +335,7 @@ std::vector<FoundFrame> FindPrintedFrames(const BgrView& photo) {
   }
   for (FoundFrame& frame : found) {
     frame.filament_scale = scale;
-    // Pixel centres have whole coordinates, so that a scale acts about (-0.5, -0.5).
+    // Pixel centres have whole coordinates, so that scaling is about (-0.5, -0.5).
     for (PointPx& p : frame.outer) p = {(p.x + 0.5) / scale - 0.5, (p.y + 0.5) / scale - 0.5};
   }
   return found;

@@ -8,7 +8,7 @@
 
 namespace trammel::vision {
 
-/// A quadrilateral outline of filament.
+/// Quadrilateral outline of filament.
 struct FoundFrame {
   Quad outer;          ///< outer corners in px of the photo, clockwise as seen
   double closed = 0;   ///< share of the worst side along which filament begins there, 0 … 1

@@ -15,7 +15,7 @@ double Cross(const PointPx& a, const PointPx& b, const PointPx& c) {
   return (b.x - a.x) * (c.y - a.y) - (b.y - a.y) * (c.x - a.x);
 }
 
-// Twice the smallest triangle of three corners, over the quad's squared size.
+// Returns twice the smallest triangle of three corners, over the quad's squared size.
 double Flatness(const Quad& quad) {
   double smallest = 1e300;
   double longest = 0;

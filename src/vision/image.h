@@ -1,4 +1,4 @@
-// Holds float images and plane geometry of a picture.
+// Float images and plane geometry of a picture.
 #pragma once
 
 #include <array>
@@ -11,7 +11,7 @@
 
 namespace trammel::vision {
 
-/// A point of a picture; (0, 0) is the centre of the first pixel, x right, y down.
+/// Point of a picture; (0, 0) is the centre of the first pixel, x right, y down.
 struct PointPx {
   double x = 0;
   double y = 0;
@@ -49,32 +49,32 @@ struct Homography {
   [[nodiscard]] PointPx operator()(const PointPx& point) const;
 };
 
-/// The map that takes the four corners of `source` to those of `target`, exactly.
-/// @returns nothing where three corners of either lie on one line.
+/// Returns the homography that maps the four corners of `source` exactly to those of `target`.
+/// @returns nothing if three corners of either are collinear.
 [[nodiscard]] std::optional<Homography> TargetFromSource(const Quad& target, const Quad& source);
 
-/// Whether the four corners, in their order, go round a convex area.
+/// True if the four corners, in their order, enclose a convex area.
 [[nodiscard]] bool IsConvex(const Quad& quad);
 
-/// Without sign, in px^2.
+/// Computes the unsigned area, in px^2.
 [[nodiscard]] double Area_px2(const Quad& quad);
 
 [[nodiscard]] double Distance_px(const PointPx& a, const PointPx& b);
 
-/// Resamples a picture bilinearly; what lies outside it repeats its border. Meant for about one
-/// pixel to one: shrinking this way aliases.
-/// @param photo_from_rectified  where each pixel of the result lies in the photo.
+/// Resamples a picture bilinearly; outside of it the border is repeated. Meant for a scale of about
+/// 1: reduction aliases.
+/// @param photo_from_rectified  maps each pixel of the result to the photo.
 /// REQUIRES 1 <= width, height <= 16384 and a photo of at most 16384 px each way.
 [[nodiscard]] Frame Rectify(const BgrView& photo, const Homography& photo_from_rectified,
                             int width_px, int height_px);
 
-/// The same for one channel; what lies outside is 0.
+/// Does the same for one channel; 0 outside.
 [[nodiscard]] GrayImage Rectify(const GrayImage& image, const Homography& image_from_rectified,
                                 int width_px, int height_px);
 
-/// Shrinks by averaging so that neither side is longer than `longest_px` and no more than
-/// `most_px` pixels remain; a copy where nothing needs to shrink. REQUIRES a photo of 1 px or more.
-/// @param scale  result px per photo px: set by the function.
+/// Reduces by averaging so that neither side is longer than `longest_px` and at most `most_px`
+/// pixels remain; a copy if nothing needs reduction. REQUIRES a photo of 1 px or more.
+/// @param scale  result px per photo px: output.
 [[nodiscard]] Frame ShrinkToFit(const BgrView& photo, int longest_px, double most_px,
                                 double& scale);
 

@@ -40,7 +40,7 @@ TEST(Homography, TakesEachCornerToItsOwn) {
   }
 }
 
-// What no affine map does: the diagonals' crossing goes to the diagonals' crossing.
+// Unlike an affine map, it maps the diagonals' crossing to the diagonals' crossing.
 TEST(Homography, KeepsStraightLinesStraight) {
   Random random(13);
   const Quad t = Tilted(random);

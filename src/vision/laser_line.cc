@@ -15,7 +15,7 @@
 namespace trammel::vision {
 namespace {
 
-/// Rows support their neighbours, weighted by their own certainty, never across a step.
+/// Smooths rows by their neighbours, weighted by their certainty, never across a step.
 void SmoothAlongLine(const LaserLineOptions& options, float sigma, LaserLineWorkspace& ws,
                      LaserLine& line) {
   const double spread = options.row_smoothing * sigma;
@@ -90,8 +90,8 @@ float TakeResponseOnPath(const ImageSize& size, LaserLineWorkspace& ws) {
   return static_cast<float>(sum / size.height);
 }
 
-/// What row y offers as a stripe: the mean response on the path over its neighbours within half a
-/// stripe sigma, but never more than twice its own.
+/// Computes row y's response as a stripe: the mean on the path over its neighbours within half a
+/// stripe sigma, but at most twice its own.
 float Supported(int y, float sigma, const LaserLineWorkspace& ws) {
   const int height = static_cast<int>(ws.path.size());
   const int reach = static_cast<int>(std::lround(0.5F * sigma));
@@ -145,15 +145,15 @@ void FindLaserLine(const BgrView& frame, const StripeModel& model, const LaserLi
 
 namespace {
 
-/// Weights of B, G and R. A neutral light (a lamp's glint) has the same in all three: the third
-/// mixture halves it, the fourth removes it; the second follows a stripe into a saturated red.
+/// Weights of B, G and R. A neutral light (a lamp's glint) is equal in all three: the third mixture
+/// halves it, the fourth removes it; the second follows a stripe into a saturated red.
 constexpr std::array<std::array<float, 3>, 4> kMixtures{
     {{0, 0, 1}, {-0.25F, -0.25F, 1}, {-0.5F, -0.5F, 1}, {0, 0.5F, 1}}};
 
-/// Scatter of a trial that found no line to speak of; wider than any picture.
+/// Scatter of a trial without a line; wider than any picture.
 constexpr double kNoLine = 1e6;
 
-/// Frames, far from each other, on which most models are given up.
+/// Number of distant frames on which most models are rejected.
 constexpr std::size_t kFirstFrames = 2;
 
 bool SameMixture(const StripeModel& one, const StripeModel& other) {
@@ -161,17 +161,17 @@ bool SameMixture(const StripeModel& one, const StripeModel& other) {
          one.weight_r == other.weight_r;
 }
 
-/// A model on trial, and how it did on the frames so far.
+/// Model on trial, with its results on the frames so far.
 struct Trial {
   StripeModel model;
-  std::vector<double> scatter_px = {};  ///< of one row, per frame
+  std::vector<double> scatter_px = {};  ///< per frame, of one row
   double scatter_sum_px = 0;
   double found = 0;  ///< sum of the shares of the rows
   double contrast = 0;
   bool lost = false;  ///< a frame in which it found no line, or given up
 
-  /// Mean scatter, and more where rows are not found: a row not found is worse than a row found
-  /// badly, and the square outweighs what dropping the worst rows would gain.
+  /// Returns the mean scatter, increased for missed rows: a missed row is worse than an inaccurate
+  /// one, and the square outweighs the gain from dropping the worst rows.
   [[nodiscard]] double score() const {
     if (lost || scatter_px.empty()) return kNoLine;
     const auto frames = static_cast<double>(scatter_px.size());
@@ -180,11 +180,11 @@ struct Trial {
   }
 };
 
-/// All mixtures, the simplest first, each with all widths, the narrowest first.
+/// Lists all mixtures, the simplest first, each with all widths, the narrowest first.
 std::vector<Trial> ListTrials(const LaserLineOptions& options, int width) {
   std::vector<Trial> trials;
   for (const auto& [b, g, r] : kMixtures) {
-    for (int step = 0;; ++step) {  // by powers: 8 is 8, and not beyond a bound of 8
+    for (int step = 0;; ++step) {  // exact powers: 8 is 8, and not beyond a bound of 8
       const double sigma = std::exp2(0.5 * step);
       if (sigma > options.max_sigma_px || sigma * kNarrowestFrame_px > width) break;
       trials.push_back({{b, g, r, static_cast<float>(sigma)}});
@@ -193,22 +193,22 @@ std::vector<Trial> ListTrials(const LaserLineOptions& options, int width) {
   return trials;
 }
 
-/// Tries models on frames; what it needs for it is reused.
+/// Tries models on frames with reused buffers.
 class TrialBench {
  public:
   TrialBench(const LaserLineOptions& options, LaserLineWorkspace& workspace)
       : options_(options), ws_(workspace) {}
 
-  /// Takes the colours that trials of one mixture see.
+  /// Extracts the colours for trials of one mixture.
   void Show(const BgrView& frame, const StripeModel& model) { ExtractSignal(frame, model, ws_); }
 
-  /// Tries a model of that mixture on the frame that is shown.
+  /// Tries a model of that mixture on the current frame.
   void Try(const ImageSize& size, Trial& trial) {
     FindRows(size, trial.model, options_, ws_, line_);
     rows_.clear();
     centres_.clear();
     for (std::size_t y = 0; y < line_.centre_px.size(); ++y) {
-      // A mixture whose path runs beside the brightest place has lost the line's core.
+      // A mixture whose path runs beside the brightest position has lost the line's core.
       if (line_.found(y) && std::abs(line_.centre_px[y] - static_cast<float>(ws_.path[y])) <=
                                 1.5F * trial.model.sigma_px) {
         rows_.push_back(static_cast<double>(y));
@@ -233,13 +233,14 @@ class TrialBench {
   std::vector<double> scratch_;
 };
 
-/// Tries all models on a few frames, and lists those that may be the choice: of each two that are
-/// as good the first would be, and none that is much worse than the best. They come ever better.
+/// Tries all models on a few frames, and lists the candidates: of two equally good ones only the
+/// first, and none much worse than the best. Each is better than the one before.
 std::vector<Trial*> Preselect(std::span<const BgrView> frames, const LaserLineOptions& options,
                               std::span<Trial> trials, TrialBench& bench) {
-  // Scatter over a hundred rows is known to a tenth, and two models' on the same rows differ less.
+  // The scatter over a hundred rows is known to a tenth, and two models' on the same rows differ
+  // less.
   constexpr double kMuchWorse = 1.25;
-  // Mixtures that lead to the same pixels differ by where their searches began, which is less.
+  // Mixtures that lead to the same pixels differ only by their searches' starts, which is less.
   constexpr double kBetter = 0.999;
   for (const BgrView& frame : frames) {
     const StripeModel* shown = nullptr;
@@ -260,8 +261,8 @@ std::vector<Trial*> Preselect(std::span<const BgrView> frames, const LaserLineOp
   return better;
 }
 
-/// Tries a model on the frames that it has not seen, unless its scatter says that neither it nor a
-/// better one after it makes it the choice.
+/// Tries a model on the remaining frames, unless its scatter shows that neither it nor a better
+/// later one can make it the choice.
 void TryOn(std::span<const BgrView> frames, double most_px, Trial& trial, TrialBench& bench) {
   const auto all = static_cast<double>(trial.scatter_px.size() + frames.size());
   for (const BgrView& frame : frames) {
@@ -292,8 +293,8 @@ StripeModel LearnStripe(std::span<const BgrView> frames, const LaserLineOptions&
     TryOn(others, options.as_good * lowest, **trial, bench);
     lowest = std::min(lowest, (*trial)->score());
   }
-  // Among those that do about as well the simplest mixture and the narrowest line, which is the
-  // least disturbed by what lies beside it.
+  // Among about equally good ones, selects the simplest mixture and the narrowest line, which
+  // neighbours disturb least.
   const Trial& chosen = **std::find_if(left.begin(), left.end(), [&](const Trial* trial) {
     return trial->score() <= options.as_good * lowest;
   });

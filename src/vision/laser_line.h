@@ -8,13 +8,13 @@
 
 namespace trammel::vision {
 
-/// What one laser line looks like: how its light is told from everything else, and its width.
-/// Learnt once from frames that show the same line (LearnStripe), used for all of them.
+/// Model of one laser line: the colour weights that separate its light from all else, and its
+/// width. Learnt once from frames that show the same line (LearnStripe), used for all of them.
 struct StripeModel {
   float weight_b = 0;  ///< signal = weight_b·B + weight_g·G + weight_r·R
   float weight_g = 0;
   float weight_r = 1;
-  float sigma_px = 2.5F;  ///< of the Gaussian that finds the stripe most steadily
+  float sigma_px = 2.5F;  ///< of the Gaussian with the least scatter of the stripe
   float contrast = 0;     ///< mean response on the line over the noise beside it
   float scatter_px = 0;   ///< 1 sigma of one row's centre before rows support each other, in the
                           ///< typical frame
@@ -43,26 +43,26 @@ struct LaserLine {
   [[nodiscard]] bool found(std::size_t row) const { return sigma_px[row] > 0; }
 };
 
-/// Scratch, reused from frame to frame; grows to the largest frame seen. Images are stored in bands
+/// Buffers, reused from frame to frame; grow to the largest frame seen. Images are stored in bands
 /// of rows (stripe_search.h).
 struct LaserLineWorkspace {
   std::vector<float> signal;
   std::vector<float> core;      ///< the signal without the colours that are subtracted from it
   std::vector<float> response;  ///< signal behind the zero-mean matched filter
   std::vector<float> best;      ///< response, per row
-  std::vector<float> cost;      ///< of the shortest-path search, row by row
+  std::vector<float> cost;      ///< for the shortest-path search, row by row
   std::vector<float> cheapest;  ///< cost, per row
   std::vector<float> on_path;   ///< response, per row
   std::vector<float> padded, sums, kernel, ramp, way, window, sample, raw_centre, raw_weight;
   std::vector<int> path, rows;
 };
 
-/// A stripe of 1 px sigma with its background to both sides.
+/// Minimum frame width: a stripe of 1 px sigma with its background to both sides.
 inline constexpr int kNarrowestFrame_px = 8;
 
-/// Learns which mixture of colours and which width find the one stripe that all the frames show
-/// most steadily from row to row. All do on two of the frames, the best of them on the others. A
-/// few mixtures are tried: red alone, red against white glints, and red with green where a bright
+/// Determines which mixture of colours and which width find the one stripe that all frames show
+/// most steadily from row to row. All are tried on two of the frames, the best of them on the
+/// others. The mixtures are: red alone, red against white glints, and red with green if a bright
 /// plate saturates red.
 /// @param frames  at least one, all of one size; the stripe runs down the image.
 ///                REQUIRES width >= kNarrowestFrame_px, height >= 1.

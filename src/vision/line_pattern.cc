@@ -16,7 +16,8 @@
 namespace trammel::vision {
 namespace {
 
-// Median over some columns of each row: a string or a break in a line does not move it.
+// Returns the median over some columns of each row: a string or a break in a line does not shift
+// it.
 std::vector<double> RowMedians(const GrayImage& image, int x_begin, int x_end) {
   const int step = std::max(1, (x_end - x_begin) / 150);
   std::vector<double> medians, row;
@@ -54,7 +55,8 @@ struct Run {
   [[nodiscard]] double width() const { return end - begin; }
 };
 
-// Stretches above the middle between the local extremes, where these are apart as elsewhere.
+// Returns stretches above the middle between the local extremes, if these are as far apart as
+// elsewhere.
 std::vector<Run> Runs(const std::vector<double>& values, int half_window) {
   const int n = static_cast<int>(values.size());
   std::vector<double> low(values.size()), high(values.size()), range(values.size());
@@ -66,7 +68,7 @@ std::vector<Run> Runs(const std::vector<double>& values, int half_window) {
     high[i] = *most;
     range[i] = *most - *least;
   }
-  constexpr double kLeastRange = 0.35;  // of what is usual in this picture
+  constexpr double kLeastRange = 0.35;  // relative to this picture's usual range
   const double usual = Quantile(range, 0.75);
   low = BoxMean(low, half_window / 2);
   high = BoxMean(high, half_window / 2);
@@ -86,11 +88,11 @@ std::vector<Run> Runs(const std::vector<double>& values, int half_window) {
   return runs;
 }
 
-// The runs between the two bars that close the frame; a problem where the bars are not there.
+// Returns the runs between the two bars that close the frame; a problem if the bars are missing.
 std::vector<Run> BetweenBars(const std::vector<Run>& runs, int margin, int height,
                              std::string& problem) {
   const double inner = height - 2.0 * margin;
-  constexpr double kBarReach = 0.03;  // of the frame's height
+  constexpr double kBarReach = 0.03;  // relative to the frame's height
   const double first = margin + kBarReach * inner;
   const double last = height - margin - kBarReach * inner;
   std::vector<Run> between;
@@ -120,7 +122,7 @@ void DropUnlikeTheRest(std::vector<Run>& runs) {
   });
 }
 
-// Checks that the runs stand in equal steps, and notes where one step is missing.
+// Checks that the runs have equal steps, and records missing ones.
 void CheckSteps(const std::vector<Run>& runs, LinePattern& line_pattern) {
   std::vector<double> steps, widths;
   for (std::size_t i = 0; i + 1 < runs.size(); ++i) {
@@ -150,7 +152,7 @@ void TraceRungs(const GrayImage& image, int margin, const std::vector<Run>& runs
   const double inner = image.width - 2.0 * margin;
   for (const Run& run : runs) {
     std::vector<double> x_px, y_px;
-    // From the middle outwards both ways, each zone starting where the last one was found.
+    // Search outwards from the middle both ways, each zone starting at the last one's position.
     for (const int direction : {1, -1}) {
       double near = run.centre();
       for (int zone = direction > 0 ? kTraceZones / 2 : kTraceZones / 2 - 1;
@@ -176,7 +178,8 @@ void TraceRungs(const GrayImage& image, int margin, const std::vector<Run>& runs
   }
 }
 
-// Where, going left from inside the frame, the rail begins; values run from the picture's left.
+// Finds the start of the rail, going left from inside the frame; values run from the picture's
+// left.
 std::optional<double> RailEdge(const std::vector<double>& values, int margin, double bead_px) {
   const int width = static_cast<int>(values.size());
   const double inner = width - 2.0 * margin;
@@ -240,7 +243,7 @@ Curve FitCurve(const std::vector<double>& s, const std::vector<double>& value, d
   std::vector<double> weight(n, 1.0), rest(n);
   Eigen::VectorXd c;
   for (int iteration = 0; iteration < 12; ++iteration) {
-    // The normal equations by loops: Eigen's products of matrices take the compiler seconds.
+    // Computes the normal equations by loops: Eigen's matrix products take the compiler seconds.
     Eigen::MatrixXd information = Eigen::MatrixXd::Zero(terms, terms);
     Eigen::VectorXd right = Eigen::VectorXd::Zero(terms);
     const auto powers = [&](std::size_t i) {
@@ -264,7 +267,7 @@ Curve FitCurve(const std::vector<double>& s, const std::vector<double>& value, d
     std::vector<double> sizes = rest;
     const double scale = std::max(0.05, 1.4826 * Median(sizes));
     for (std::size_t i = 0; i < n; ++i) {
-      // Huber first, for a start near the bulk, then Tukey, to be rid of the outliers.
+      // Huber first, for a start near the bulk, then Tukey, to reject the outliers.
       const double ratio = rest[i] / scale;
       const double tukey = ratio < 4.7 ? std::pow(1 - ratio * ratio / (4.7 * 4.7), 2) : 0;
       weight[i] = std::max(1e-9, iteration < 6 ? std::min(1.0, 1 / std::max(ratio, 1e-9)) : tukey);

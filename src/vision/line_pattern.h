@@ -9,8 +9,8 @@
 
 namespace trammel::vision {
 
-/// A gently bent line: value = c0 + c1 u + c2 u^2, u = (s - centre) / half of the span. Lenses bend
-/// straight lines by about 1 % of their length; a parabola follows that to a tenth of it.
+/// Slightly curved line: value = c0 + c1 u + c2 u^2, u = (s - centre) / half of the span. Lenses
+/// bend straight lines by about 1 % of their length; a parabola follows that to a tenth of it.
 struct Curve {
   double centre = 0;
   double half_span = 1;
@@ -22,12 +22,12 @@ struct Curve {
   }
 };
 
-/// Fits a curve that ignores up to about a third of wrong points; a straight line or a constant
-/// where there are fewer than 6 or 3. REQUIRES at least one point and lists of one length.
+/// Fits a curve robust against about a third of outliers; a straight line or a constant for fewer
+/// than 6 or 3 points. REQUIRES at least one point and lists of one length.
 [[nodiscard]] Curve FitCurve(const std::vector<double>& s, const std::vector<double>& value,
                              double centre, double half_span);
 
-/// A part of the columns, both ends included.
+/// Range of columns, both ends included.
 struct Columns {
   int from_px = 0;
   int to_px = -1;
@@ -36,7 +36,7 @@ struct Columns {
 };
 
 struct LinePattern {
-  std::string problem;       ///< why this is no line pattern, with figures; empty where it is one
+  std::string problem;       ///< why this is no line pattern, with figures; empty if it is one
   std::vector<Curve> rungs;  ///< y_px of each line's middle over x_px, top to bottom
   std::vector<int> steps;  ///< pitches between neighbouring rungs, whole; above 1 rungs are missing
   double pitch_px = 0;     ///< between neighbouring rungs
@@ -57,33 +57,33 @@ struct LinePattern {
   double irregularity = 0;    ///< largest deviation of a spacing from whole pitches, in pitches
 };
 
-/// How much more a picture changes from row to row than from column to column: above 1 where the
-/// rungs lie along the rows.
+/// Computes the ratio of a picture's changes from row to row and from column to column: above 1 if
+/// the rungs run along the rows.
 [[nodiscard]] double RowsOverColumns(const GrayImage& contrast, int margin_px);
 
-/// Finds the rungs of a frame whose rails stand left and right.
+/// Finds the rungs of a frame with rails on the left and right.
 /// @param contrast     filament higher than the plate beside it; light may be uneven.
-/// @param margin_px    how far the frame's outer edges lie inside the picture.
+/// @param margin_px    distance of the frame's outer edges from the picture's edge.
 /// @param rungs_hint   expected number, for the scale only: another number is found as well.
 [[nodiscard]] LinePattern FindLinePattern(const GrayImage& contrast, int margin_px,
                                           std::size_t rungs_hint);
 
-/// Means over up to `half` values to either side.
+/// Returns means over up to `half` values on either side.
 [[nodiscard]] std::vector<double> BoxMean(const std::vector<double>& values, int half);
 
-/// What stands out across a line, seen over some columns.
+/// Bright section across a line, averaged over some columns.
 struct RungSection {
   double middle_px = 0;  ///< y
-  double width_px = 0;   ///< at half height
+  double width_px = 0;   ///< width at half maximum
   double height = 0;     ///< contrast above the plate beside
 };
 
-/// Mean over the columns x_begin … x_end of what lies within half a pitch of a place.
-/// @returns nothing where nothing stands out, or less than 4 px can be looked at.
+/// Returns the mean section over the columns x_begin … x_end within half a pitch of a position.
+/// @returns nothing if no rung stands out, or less than 4 px are visible.
 [[nodiscard]] std::optional<RungSection> SectionOfRung(const GrayImage& image, int x_begin,
                                                        int x_end, double y_near, double pitch_px);
 
-/// Mean brightness along the middle between two rungs, one per column.
+/// Returns the mean brightness along the middle between two rungs, one per column.
 [[nodiscard]] std::vector<double> BetweenRungs(const GrayImage& image, const Curve& above,
                                                const Curve& below, double pitch_px);
 

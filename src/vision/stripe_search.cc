@@ -13,7 +13,7 @@
 namespace trammel::vision {
 namespace {
 
-/// out = b·B + g·G + r·R of the frame's pixels, in bands.
+/// Computes out = b·B + g·G + r·R of the frame's pixels, in bands.
 void MixColours(const BgrView& frame, float b, float g, float r, std::vector<float>& out) {
   const ImageSize size{frame.width, frame.height};
   out.resize(size.stored());
@@ -37,8 +37,8 @@ void MixColours(const BgrView& frame, float b, float g, float r, std::vector<flo
   }
 }
 
-/// Robust sigma of the response where `counts(x, y)`. Every n-th pixel is enough: neighbours within
-/// a stripe sigma tell little new, and some ten thousand are plenty.
+/// Returns the robust sigma of the response where `counts(x, y)`. Every n-th pixel suffices:
+/// neighbours within a stripe sigma are redundant, and some ten thousand are plenty.
 template <typename Counts>
 float ResponseNoise(const ImageSize& size, float sigma, const Counts& counts,
                     LaserLineWorkspace& ws) {
@@ -60,7 +60,7 @@ float ResponseNoise(const ImageSize& size, float sigma, const Counts& counts,
   return kMadToSigma * MedianMagnitude(ws.sample);
 }
 
-/// One half of a Gaussian of unit sum, its middle first.
+/// Computes one half of a Gaussian of unit sum, its middle first.
 void FillKernel(float sigma, std::vector<float>& kernel) {
   const int reach = std::max(1, static_cast<int>(std::ceil(3 * sigma)));
   kernel.resize(static_cast<std::size_t>(reach) + 1);
@@ -73,8 +73,8 @@ void FillKernel(float sigma, std::vector<float>& kernel) {
   for (float& weight : kernel) weight /= total;
 }
 
-/// Fills ws.padded with a band of the signal whose ends go on as they are, and ws.sums with the
-/// sums of all columns before each, and of all.
+/// Fills ws.padded with a band of the signal with extended ends, and ws.sums with the cumulative
+/// sums of the columns before each, and of all.
 void PrepareBand(const ImageSize& size, int band, int reach, LaserLineWorkspace& ws) {
   const auto place = [](int x) { return static_cast<std::size_t>(x) * kBandRows; };
   ws.padded.resize(place(size.width + 2 * reach));
@@ -94,7 +94,7 @@ void PrepareBand(const ImageSize& size, int band, int reach, LaserLineWorkspace&
   }
 }
 
-/// A column of the convolution, about `middle`.
+/// Returns a column of the convolution, about `middle`.
 BandColumn Convolve(const float* middle, std::span<const float> kernel) {
   BandColumn column = BandColumn::At(middle) * kernel[0];
   const float* before = middle;
@@ -107,7 +107,7 @@ BandColumn Convolve(const float* middle, std::span<const float> kernel) {
   return column;
 }
 
-/// Fills a row's cost with what its pixels lack of the row's best, 0 … 1.
+/// Sets a row's cost to its pixels' shortfall from the row's best, 0 … 1.
 void FillPixelCosts(const ImageSize& size, float floor, LaserLineWorkspace& ws) {
   const auto width = static_cast<std::size_t>(size.width);
   ws.cost.resize(size.stored());
@@ -127,12 +127,12 @@ void FillPixelCosts(const ImageSize& size, float floor, LaserLineWorkspace& ws) 
   }
 }
 
-/// One step of the search: cost[x] += min over x' of before[x'] + price of going x' -> x, the price
+/// Makes one step of the search: cost[x] += min over x' of before[x'] + price of x' -> x, the price
 /// being slope·|x - x'| but never more than that of a jump. Felzenszwalb's two passes, linear in
-/// width, on costs less the slope, where all that is left to do is to take the lesser.
-/// @param jumped  the least of `before` and the price of a jump.
+/// width, on costs minus the slope, where only minima remain to be taken.
+/// @param jumped  the minimum of `before` plus the price of a jump.
 /// @param ramp    slope·x.
-/// @returns the row's least.
+/// @returns the row's minimum.
 float AddCheapestWay(std::span<const float> before, std::span<const float> ramp, float jumped,
                      std::span<float> way, std::span<float> cost) {
   constexpr float kNone = std::numeric_limits<float>::max();
@@ -151,7 +151,7 @@ float AddCheapestWay(std::span<const float> before, std::span<const float> ramp,
   return cheapest;
 }
 
-/// Where the cheapest way to column x comes from, of the row before.
+/// Finds the column in the row before from which the cheapest path reaches x.
 /// @param cheapest  the least of `before`.
 int CameFrom(std::span<const float> before, int x, float cheapest, float slope, float jump) {
   const auto cost = [&](int i) { return before[static_cast<std::size_t>(i)]; };
@@ -178,8 +178,8 @@ int CameFrom(std::span<const float> before, int x, float cheapest, float slope, 
 
 float MedianMagnitude(std::span<float> sample) {
   if (sample.empty()) return 0;
-  // Magnitudes are ordered as their bits are: a count by exponent and three bits of the mantissa
-  // leaves a few to be ordered.
+  // Magnitudes have the order of their bits: a count by exponent and three bits of the mantissa
+  // leaves few to be sorted.
   constexpr unsigned kShift = 20;
   std::array<std::uint32_t, (std::size_t{1} << (31 - kShift))> counts{};
   const auto bin = [](float v) { return std::bit_cast<std::uint32_t>(v) >> kShift; };
@@ -187,7 +187,7 @@ float MedianMagnitude(std::span<float> sample) {
     v = std::abs(v);
     ++counts[bin(v)];
   }
-  std::size_t below = sample.size() / 2;  // in rank, among those not yet left out
+  std::size_t below = sample.size() / 2;  // rank among those not yet removed
   std::uint32_t middle = 0;
   while (below >= counts[middle]) below -= counts[middle++];
   std::size_t kept = 0;
@@ -286,20 +286,20 @@ bool Connected(const std::vector<int>& path, int a, int b, float sigma) {
 
 namespace {
 
-/// Prior shape of the light's own noise: speckle contrast left after the exposure's averaging.
-/// Only its ratio to the sensor's noise matters, the scatter from row to row sets the scale.
+/// Prior shape of the light's own noise: speckle contrast after the exposure's averaging. Only its
+/// ratio to the sensor's noise matters; the scatter from row to row sets the scale.
 constexpr float kSpeckleContrast = 0.3F;
 
-/// Steps of at least 0.3 sigma cross the reach in 14; the rest is Newton's.
+/// Steps of at least 0.3 sigma cross the reach in 14; the rest is for Newton's method.
 constexpr int kMaxIterations = 24;
 
-/// A step of Newton's, in sigmas, after which no further one is worth it: it would be the square.
+/// Newton step, in sigmas, after which no further one is needed: it would be the square.
 constexpr float kLastStep = 0.01F;
 
-/// How far a centre may lie from its window's middle, px.
+/// Maximum distance of a centre from its window's middle, px.
 constexpr float kFarthest_px = 0.75F;
 
-/// One value a row, of which each may be taken and put by itself.
+/// One value a row, individually accessible.
 using RowValues = std::array<float, kBandRows>;
 
 BandColumn Column(const RowValues& values) { return BandColumn::At(values.data()); }
@@ -329,7 +329,7 @@ class RowGroup {
     window_.assign(static_cast<std::size_t>(2 * reach_ + 1) * kBandRows, 0.0F);
   }
 
-  /// Begins with up to kBandRows rows.
+  /// Starts with up to kBandRows rows.
   void Begin(std::span<const int> rows, const std::vector<int>& path) {
     rows_ = rows;
     state_.fill(State::kNone);
@@ -341,7 +341,7 @@ class RowGroup {
     }
   }
 
-  /// Newton's method, until each row has its maximum or left the reach of its start.
+  /// Iterates Newton's method until each row has its maximum or left the reach of its start.
   void Maximise() {
     for (int iteration = 0; iteration < kMaxIterations; ++iteration) {
       MeasureSlopes();
@@ -354,7 +354,7 @@ class RowGroup {
     }
   }
 
-  /// Puts the rows that have a maximum into `line`.
+  /// Writes the rows that have a maximum to `line`.
   void Give(float pixel_noise, LaserLine& line) {
     RowValues variance;
     Variance(pixel_noise).Put(variance.data());
@@ -369,8 +369,7 @@ class RowGroup {
  private:
   enum class State { kNone, kMoving, kThere };
 
-  /// Fills row k's window about its centre with the signal above the least of it; 0 beyond the
-  /// picture.
+  /// Fills row k's window about its centre with the signal above its minimum; 0 beyond the picture.
   void TakeWindow(std::size_t k) {
     const int row = rows_[k];
     const int middle = static_cast<int>(std::lround(centre_[k]));
@@ -388,7 +387,8 @@ class RowGroup {
     }
   }
 
-  /// exp(-(i - d)² / 2 sigma²) for i = -reach, -reach + 1, …, each from the one before.
+  /// Values of exp(-(i - d)² / 2 sigma²) for i = -reach, -reach + 1, …, each computed from the one
+  /// before.
   class Gaussians {
    public:
     Gaussians(const BandColumn& offset, int reach, float per_square)
@@ -409,7 +409,7 @@ class RowGroup {
     BandColumn ratio_step_;
   };
 
-  /// Sums of w and of its moments about the middle, from which slope and curvature follow.
+  /// Computes sums of w and of its moments about the middle, from which slope and curvature follow.
   void MeasureSlopes() {
     const BandColumn d = Column(centre_) - Column(middle_);
     Gaussians gaussian(d, reach_, per_square_);
@@ -448,7 +448,8 @@ class RowGroup {
     }
   }
 
-  /// Of the slope, times the square of sigma, from the pixels' noise and the light's own.
+  /// Computes the slope's variance, times the square of sigma, from the pixels' and the light's
+  /// noise.
   [[nodiscard]] BandColumn Variance(float pixel_noise) {
     const BandColumn middle = Column(middle_);
     const BandColumn d = Column(centre_) - middle;
@@ -484,7 +485,7 @@ class RowGroup {
   RowValues middle_{};
   RowValues slope_{};
   RowValues curvature_now_{};
-  RowValues curvature_{};  // at each row's last step
+  RowValues curvature_{};  // for each row's last step
 };
 
 }  // namespace

@@ -1,4 +1,4 @@
-// Searches a laser stripe in one row, and fits it.
+// Finds and fits a laser stripe in single rows.
 #pragma once
 
 #include <cstddef>
@@ -11,12 +11,12 @@
 
 namespace trammel::vision {
 
-/// Rows that are worked on side by side: the workspace's images are stored in bands of so many
-/// rows, in a band column by column. Whatever runs along a row runs along all of them.
+/// Number of rows processed side by side: the workspace's images are stored in bands of so many
+/// rows, in a band column by column. Operations along a row run along all of them.
 inline constexpr int kBandRows = 8;
 
-/// One column of a band, or one value a row. In the compiler's own vectors: what clang 16 makes of
-/// Eigen's expressions of this size goes through memory, and waits for it.
+/// One column of a band, or one value a row. Uses the compiler's own vectors: clang 16 compiles
+/// Eigen's expressions of this size into slow memory accesses.
 class BandColumn {
  public:
   BandColumn() = default;  ///< zeros
@@ -67,12 +67,12 @@ class BandColumn {
   Half high_{};
 };
 
-/// Median absolute value times this is the sigma of a normal distribution.
+/// Factor from the median absolute value to the sigma of a normal distribution.
 inline constexpr float kMadToSigma = 1.4826F;
-/// The matched filter's background is a box this many stripe sigmas to either side.
+/// Half width of the box of the matched filter's background, in stripe sigmas.
 inline constexpr float kBackgroundReach = 4;
 
-/// The shape of the workspace's images. The last band is filled up with its last row.
+/// Shape of the workspace's images. The last band is padded with its last row.
 struct ImageSize {
   int width;
   int height;
@@ -80,9 +80,9 @@ struct ImageSize {
   [[nodiscard]] std::size_t area() const {
     return static_cast<std::size_t>(width) * static_cast<std::size_t>(height);
   }
-  /// Values of all bands.
+  /// Returns the number of values of all bands.
   [[nodiscard]] std::size_t stored() const { return column(bands(), 0); }
-  /// Index of a band's column.
+  /// Returns the index of a band's column.
   [[nodiscard]] std::size_t column(int band, int x) const {
     return (static_cast<std::size_t>(band) * static_cast<std::size_t>(width) +
             static_cast<std::size_t>(x)) *
@@ -93,46 +93,47 @@ struct ImageSize {
   }
 };
 
-/// The median of |sample|, 0 for none; overwrites the sample. REQUIRES no NaN.
+/// Returns the median of |sample|, 0 for none; overwrites the sample. REQUIRES no NaN.
 [[nodiscard]] float MedianMagnitude(std::span<float> sample);
 
-/// What places a line within a row: the model's colours without those it subtracts. They tell the
-/// line from white glints, but the core of a strong line is white itself, and subtracting them
+/// Computes a line's signal within a row: the model's colours without those it subtracts. They
+/// separate the line from white glints, but a strong line's core is white itself; subtracting them
 /// there would hollow it out. After ExtractSignal().
 [[nodiscard]] std::vector<float>& BrightnessOf(const StripeModel& model,
                                                LaserLineWorkspace& workspace);
 
-/// Takes workspace.signal from the frame's colours, and what BrightnessOf() gives.
+/// Computes workspace.signal, and the brightness for BrightnessOf(), from the frame's colours.
 void ExtractSignal(const BgrView& frame, const StripeModel& model, LaserLineWorkspace& workspace);
 
-/// workspace.response = Gaussian(sigma) * signal - box mean of the signal, per row; workspace.best
-/// has the largest of each row.
+/// Computes workspace.response = Gaussian(sigma) * signal - box mean of the signal, per row;
+/// workspace.best is the maximum of each row.
 /// @returns the response's robust sigma over the whole image, of which the stripe is a small part.
 [[nodiscard]] float MatchedFilter(const ImageSize& size, float sigma,
                                   LaserLineWorkspace& workspace);
 
-/// workspace.path: a column per row, with the least sum of (1 - response / the row's best) and the
-/// price of steps. Rows without any response above options.detection * noise carry no weight.
+/// Computes workspace.path: a column per row, with the minimum sum of (1 - response / the row's
+/// best) and the price of steps. Rows without any response above options.detection * noise have no
+/// weight.
 void ShortestPath(const ImageSize& size, float sigma, float noise, const LaserLineOptions& options,
                   LaserLineWorkspace& workspace);
 
-/// The response's robust sigma beside the path: beyond the reach of the line's own background box.
+/// Returns the response's robust sigma beside the path: beyond the reach of the line's own
+/// background box.
 [[nodiscard]] float NoiseBesidePath(const ImageSize& size, float sigma,
                                     LaserLineWorkspace& workspace);
 
-/// Whether the path's rows a … b (a <= b) hang together without a step.
+/// True if the path's rows a … b (a <= b) are connected without a step.
 [[nodiscard]] bool Connected(const std::vector<int>& path, int a, int b, float sigma);
 
 /// Finds the maximum likelihood position of a Gaussian stripe in rows of the image, each near the
-/// path; rows in which there is none stay as they are.
-/// @param brightness  as BrightnessOf() gives it.
+/// path; rows without one are unchanged.
+/// @param brightness  as returned by BrightnessOf().
 /// @param pixel_noise  1 sigma, grey levels.
 void FitRows(const ImageSize& size, const std::vector<float>& brightness, std::span<const int> rows,
              float sigma, float pixel_noise, LaserLineWorkspace& workspace, LaserLine& line);
 
-/// FindLaserLine() without what rows know of each other: each stands for itself, and its sigma is
-/// as noise and speckle predict it. Of the frame it knows what ExtractSignal() took of it, by a
-/// model of the same colours.
+/// Does the same as FindLaserLine() for independent rows: each sigma is that predicted from noise
+/// and speckle. Uses the frame only through ExtractSignal(), by a model of the same colours.
 void FindRows(const ImageSize& size, const StripeModel& model, const LaserLineOptions& options,
               LaserLineWorkspace& workspace, LaserLine& line);
 

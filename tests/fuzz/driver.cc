@@ -73,7 +73,7 @@ int Replay(Target target, const fs::path& place) {
 
 }  // namespace
 
-/// As in the process that reads PDFs: what asks for more memory than that has gets none.
+/// Memory limit of the process that reads PDFs: larger requests fail.
 extern "C" const char* __asan_default_options() {
   return "allocator_may_return_null=1:max_allocation_size_mb=256";
 }

@@ -179,8 +179,8 @@ void PrintSheet(const tool_offset::SheetSettings& settings) {
   Require(Good(tool_offset::ReadSheetFile(gcode.text)), "a sheet of ours can be read");
 }
 
-// From trammel.toml to what is printed with it: whatever is found to be good can be laid out,
-// written as G-code and read back.
+// Path from trammel.toml to the print: every valid configuration can be laid out, written as G-code
+// and read back.
 FUZZ_TARGET(printed_settings)(std::string_view text) {
   const auto config = files::ParseConfig(text, "trammel.toml");
   if (!Good(config)) return;
@@ -194,7 +194,7 @@ FUZZ_TARGET(result_file)(std::string_view text) {
   if (outcome) (void)Good(files::ParseOutcome(files::ToJson(*outcome), "again.json"));
 }
 
-// What a run notes to bring back on a printer.
+// Notes of a run for restoring a printer.
 FUZZ_TARGET(run_journal)(std::string_view text) {
   static const MemoryFile file("run.journal");
   file.Write(text);

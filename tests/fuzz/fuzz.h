@@ -1,4 +1,4 @@
-// What every fuzz target shares.
+// Shared code of all fuzz targets.
 #pragma once
 
 #include <algorithm>
@@ -46,7 +46,7 @@ inline void RequireMessage(const Error& error) {
   Require(error.message.size() <= kLongest, "an error's message is short enough to be read");
 }
 
-/// Whether there is a value; where there is none, its error must be fit to be shown.
+/// True if there is a value; if not, its error must be fit for display.
 template <class T>
 [[nodiscard]] bool Good(const Result<T>& result) {
   if (!result) RequireMessage(result.error());

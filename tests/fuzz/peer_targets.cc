@@ -37,7 +37,7 @@ FUZZ_TARGET(addresses)(std::string_view text) {
   (void)machine::IsHttpUrl(std::string(text));
   const auto url = machine::ParseCameraUrl(std::string(text));
   if (Good(url)) {
-    (void)nlohmann::json(url->ToString()).dump();  // which throws unless it is UTF-8
+    (void)nlohmann::json(url->ToString()).dump();  // throws if it is not UTF-8
     const auto again = machine::ParseCameraUrl(url->Address());
     Require(Good(again), "a camera's address can be read as it is written");
     Require(again->host == url->host && again->port == url->port, "and names the same place");
@@ -255,7 +255,7 @@ FUZZ_TARGET(scanner_options)(std::string_view text) {
   }
 }
 
-// What a printer says while a script runs: the script, then its console, line by line.
+// Messages of a printer while a script runs: the script, then its console, line by line.
 FUZZ_TARGET(script_answers)(std::string_view text) {
   const auto parts = Parts(text, 2);
   machine::MessageLog log(3);
@@ -290,7 +290,7 @@ service::JobServerOptions Options() {
   return options;
 }
 
-// What front ends and programs ask of a service, while it has no printer.
+// Requests of front ends and programs to a service, while it has no printer.
 FUZZ_TARGET(serve_request)(std::string_view text) {
   static service::JobServer server(Options());
   const auto parsed = ParseBoundedJson(text, "the request");
@@ -307,7 +307,7 @@ FUZZ_TARGET(serve_request)(std::string_view text) {
   }
 }
 
-// What a service keeps of a printer, and what its jobs say on the way.
+// Stored state of a printer in a service, and its jobs' progress lines.
 FUZZ_TARGET(serve_state)(std::string_view text) {
   if (const auto progress = procedure::ParseProgressLine(text)) {
     const std::string line = procedure::ProgressLine(*progress);

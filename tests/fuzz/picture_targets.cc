@@ -128,7 +128,7 @@ FUZZ_TARGET(laser_frames)(std::string_view text) {
 }
 
 constexpr std::size_t kHead = 3;
-constexpr int kSmallest_px = 8;  // of a crop
+constexpr int kSmallest_px = 8;  // limit of a crop
 constexpr int kSweepFrames = 8;
 
 std::vector<Frame> FramesOf(std::span<const std::uint8_t> data) {

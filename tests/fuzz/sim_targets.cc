@@ -21,7 +21,7 @@
 namespace trammel::fuzz {
 namespace {
 
-// What clients ask of the virtual camera, and the target of a request to the virtual Moonraker.
+// Requests of clients to the virtual camera, and the target of a request to the virtual Moonraker.
 FUZZ_TARGET(sim_camera_request)(std::string_view text) {
   (void)sim::ParseTarget(text);
   const sim::Target target = sim::ParseTarget(std::string(text));
@@ -122,8 +122,8 @@ void Ask(sim::Hub& hub, std::string_view text) {
   });
 }
 
-// What clients send to the virtual Moonraker: a message a line; a line that begins with # asks over
-// HTTP ("#METHOD target", a header, "|", the body); an empty line lets a moment pass.
+// Messages of clients to the virtual Moonraker: a message a line; a line that begins with # is an
+// HTTP request ("#METHOD target", a header, "|", the body); an empty line lets a moment pass.
 FUZZ_TARGET(sim_moonraker)(std::string_view text) {
   sim::MachineHost machine({}, 0);
   sim::HubOptions options;

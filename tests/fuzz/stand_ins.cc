@@ -44,7 +44,7 @@ namespace trammel::machine {
 
 namespace {
 
-constexpr double kLimit_s = 5;  // from here on a delay is no pause, but the end of patience
+constexpr double kLimit_s = 5;  // longer delays are time limits, not pauses
 
 }  // namespace
 
@@ -57,11 +57,11 @@ struct MoonrakerConnection::State {
   bool pumping = false;
   bool connect = false;
   std::optional<Error> broken;
-  std::deque<std::int64_t> calls;  ///< without an answer yet
+  std::deque<std::int64_t> calls;  ///< not yet answered
   std::vector<std::function<void()>> later;
-  std::vector<std::function<void()>> limits;  ///< what ends a wait that takes too long
+  std::vector<std::function<void()>> limits;  ///< callbacks of expired waits
 
-  /// What is due before the next message.
+  /// Runs all that is due before the next message.
   void Settle() {
     if (broken) {
       up = false;

@@ -146,7 +146,7 @@ std::vector<sim::SpindleStop> Planned(const sim::SpindleSetup& setup,
   return stops;
 }
 
-/// How the machine's place of a part's point follows the six numbers of the part's pose.
+/// Computes the derivative of a part point's machine place over the pose's six numbers.
 Eigen::Matrix<double, 3, 6> ByPose(const geometry::Pose& pose, const Vector3d& part_mm) {
   constexpr double kStep_rad = 1e-6;
   Eigen::Matrix<double, 3, 6> by_pose;
@@ -173,7 +173,7 @@ Vector3d MissedBy(const part_alignment::Alignment& solved, const geometry::Pose&
   const auto correction = part_alignment::CorrectWorkOffset(fixed->machine_from_part, {});
   const Eigen::AngleAxisd turn(correction.offset.rotation_z_rad, Vector3d::UnitZ());
   const Vector3d tool_mm = correction.offset.origin_mm + turn * part_mm;
-  // What the shims did to the part as measured they did to the part as it is.
+  // The shims moved the real part as they moved the measured one.
   const auto rotation = [](const geometry::Pose& pose) {
     return geometry::RotationFromAngles(pose.angles_rad);
   };
@@ -187,8 +187,8 @@ struct Chain {
   int refused = 0;
   int region = 0;  ///< poses and clampings in the 95 % region
   int corners = 0;
-  int corners_inside = 0;  ///< of the part, after shims and offset, in their 95 % region
-  double largest_mm = 0;   ///< of what a tool misses a corner by
+  int corners_inside = 0;  ///< part corners after shims and offset in their 95 % region
+  double largest_mm = 0;   ///< largest miss of a corner by a tool
   double half_mm[3] = {};  ///< mean half-width of the 95 % intervals of X, Y, Z
 };
 
@@ -217,7 +217,7 @@ void Count(const part_alignment::Alignment& solved, const sim::SpindleWorld& wor
   }
 }
 
-/// What measures the casting, given the place in the row.
+/// Method that measures the casting, given the place in the row.
 using Photogrammetry =
     std::function<part_alignment::PartFitInput(const part_alignment::PartFitInput&, std::uint64_t)>;
 

@@ -19,7 +19,7 @@ namespace trammel {
 namespace {
 
 constexpr std::uint64_t kSeed = 71;  // development
-// Without noise: what 1e-12 px of either side's projection and rounding of 10 m leave.
+// Limits without noise: 1e-12 px of either side's projection and rounding of 10 m.
 constexpr double kExact_mm = 1e-9;
 constexpr double kExact_rad = 1e-12;
 
@@ -120,7 +120,7 @@ TEST(AlignRoundTrip, ThreeHundredClampingsScatterAsInTable3) {
   EXPECT_LT(2 * StandardDeviation(error[6]), 60e-6) << "of 7600e-6 that were set";
 }
 
-// What `trammel sim spindle` writes is what `trammel align solve` reads.
+// The output of `trammel sim spindle` is readable by `trammel align solve`.
 TEST(AlignRoundTrip, ObservationsFileOfTheVirtualSpindleIsReadAndSolved) {
   const test::TemporaryFolder folder;
   const auto path = folder.path() / "observations.json";

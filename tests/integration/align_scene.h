@@ -1,4 +1,4 @@
-// What the virtual spindle sees, in the words of part alignment.
+// View of the virtual spindle, in the types of part alignment.
 #pragma once
 
 #include <Eigen/Core>
@@ -19,7 +19,8 @@ namespace trammel::test {
                                                         const sim::SpindleName& name,
                                                         double sigma_px, bool exact = false);
 
-/// As they are: x y z (mm), alpha beta gamma and the clamp angle (rad), the eccentricity (mm).
+/// Returns the true values: x y z (mm), alpha beta gamma and the clamp angle (rad), the
+/// eccentricity (mm).
 [[nodiscard]] Eigen::VectorXd TruthOf(const sim::SpindleWorld& world);
 
 /// The part as the paper had it: aligned with a touch probe.

@@ -1,6 +1,5 @@
-// What comes out of repeated clampings of the virtual spindle, beside Tables 2 and 3 of Mendikute
-// et al., and whether the covariance tells it. Prints the tables that docs/howto/part-alignment.md
-// quotes.
+// Compares repeated clampings of the virtual spindle with Tables 2 and 3 of Mendikute et al., and
+// their scatter with the covariance. Prints the tables that docs/howto/part-alignment.md quotes.
 //
 // TRAMMEL_STUDY_SEEDS: clampings of a row, 10000 without it; TRAMMEL_STUDY_FIRST_SEED: of the part.
 #include <fmt/format.h>
@@ -27,7 +26,7 @@ using Row = std::array<double, 7>;  // mm, then mm/m
 
 constexpr double kReportedClampings = 10000;
 constexpr std::size_t kGroup = 10;  // measurements of which the paper takes one repeatability
-// Of section 3.2 and 3.3, k = 2.
+// Values of section 3.2 and 3.3, k = 2.
 constexpr Row kTable2 = {0.136, 0.056, 0.026, 0.039, 0.056, 0.070, 0};
 constexpr Row kTable3 = {0.032, 0.030, 0.020, 0.028, 0.024, 0.010, 3.840};
 constexpr double kPrinted = 0.0005;  // half a unit of the last place that the tables print
@@ -46,8 +45,8 @@ struct Runs {
   int refused = 0;
 };
 
-/// What 6D is told of each centre, so that nothing refuses its large residuals: sigmas that are all
-/// alike leave the answer what it is.
+/// Standard uncertainty of each centre for 6D, so that its large residuals are not refused: equal
+/// sigmas do not change the answer.
 constexpr double kForgiving_px = 5;
 
 /// The pose; with the clamp angle; with the eccentricity too. The number of unknowns.
@@ -176,8 +175,8 @@ Row CompareWithPaper(const std::string& title, const sim::SpindleSetup& setup, c
 TEST(AlignStudy, SevenUnknownsMeetTable3AndSixLoseWhatTable2Loses) {
   const Row lost = CompareWithPaper("1.5 x 1 m at 300 mm, along -Z",
                                     test::Probed(sim::LaboratoryScene(300)), kTable3);
-  // What a standard deviation of ten repeats is told of the true one, with 95 %: chi-square with 9
-  // degrees of freedom lies within 2.70 … 19.02.
+  // Ten repeats determine a standard deviation, with 95 %, only within these bounds: chi-square
+  // with 9 degrees of freedom is within 2.70 … 19.02.
   for (std::size_t k = 0; k < 6; ++k) {
     EXPECT_GE(lost[k] / kTable2[k], std::sqrt(9 / 19.02)) << "Table 2, column " << k;
     EXPECT_LE(lost[k] / kTable2[k], std::sqrt(9 / 2.70)) << "Table 2, column " << k;
@@ -186,7 +185,7 @@ TEST(AlignStudy, SevenUnknownsMeetTable3AndSixLoseWhatTable2Loses) {
 
 void CheckCovariance(const std::string& title, sim::SpindleSetup setup, Model model,
                      double region95) {
-  // What the model does not hold, no covariance of pictures can know.
+  // No covariance of pictures contains effects outside the model.
   if (model != kEccentricity) setup.spread.eccentricity_mm = 0;
   if (model == kPose) setup.spread.angle_rad = 0;
   Runs runs = Repeat(setup, model, Clampings());

@@ -1,9 +1,8 @@
-// Whether the stated 95 % regions hold in machines and clampings of which nothing was told: the
-// defaults against eccentricities, repeatabilities and errors of the targets drawn anew in every
-// clamping.
+// Coverage of the 95 % regions in machines and clampings with unknown properties: the defaults
+// against eccentricities, repeatabilities and errors of the targets drawn anew in every clamping.
 //
 // TRAMMEL_STUDY_SEEDS: clampings of a row, 1000 without it. TRAMMEL_STUDY_FIRST_SEED: of the part,
-// or of the first where each clamping has a part with its own errors.
+// or of the first if each clamping has a part with its own errors.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
@@ -24,7 +23,7 @@ namespace {
 constexpr double kLeastCovered = 0.93;
 constexpr double kReportedClampings = 1000;
 
-/// What is drawn in a row: standard deviations, or their largest where each clamping has its own.
+/// Spreads of a row: standard deviations, or their maximum if each clamping has its own.
 struct Spread {
   double eccentricity_mm;
   double repeatability_mm;

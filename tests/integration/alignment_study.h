@@ -1,4 +1,4 @@
-// What the studies of part alignment share.
+// Shared code of the studies of part alignment.
 #pragma once
 
 #include <algorithm>
@@ -17,7 +17,7 @@ inline std::uint64_t WorldsOfStudy(int reported) {
 /// Returns the seed of the first world.
 inline std::uint64_t FirstSeedOfStudy() { return SeedsOfStudy(1, 500'000).first; }
 
-/// Whether an answer's reason or one of its notices has any of the words, parted by |.
+/// True if an answer's reason or one of its notices contains any of the words, separated by |.
 template <class Answer>
 bool Says(const Answer& answer, std::string words) {
   for (std::size_t bar = 0; bar != std::string::npos; words = words.substr(bar + 1)) {

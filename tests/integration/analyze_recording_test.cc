@@ -121,7 +121,7 @@ TEST_F(AnalyzeRecording, ReadsWhatTheVirtualPrintShopWrites) {
   const json truth = json::parse(test::ReadWhole(rec() / "truth.json"));
   const json answer = Analyze();
   ASSERT_EQ(answer.at("verdict"), "good") << answer.at("reason");
-  // What is promised of each pattern: pressure_advance_study says how many are within 2 ms.
+  // Guarantee for each pattern: pressure_advance_study counts those within 2 ms.
   const double truth_s = truth.at("pressure_advance_s");
   EXPECT_GT(truth_s, answer.at("interval95_s")[0].get<double>());
   EXPECT_LT(truth_s, answer.at("interval95_s")[1].get<double>());

@@ -76,7 +76,7 @@ class KilledShop {
     std::this_thread::sleep_for(std::chrono::duration<double>(after_s));
     process.Send(SIGKILL);
     (void)process.Wait(10);
-    std::this_thread::sleep_for(std::chrono::milliseconds(200));  // what was sent comes into force
+    std::this_thread::sleep_for(std::chrono::milliseconds(200));  // sent values take effect
   }
 
  private:
@@ -111,7 +111,7 @@ KilledApplies KillApplies(int kills, std::uint64_t seed) {
     double new_s = 0.0301 + 0.0001 * kill;
     std::vector<std::string> words = {fmt::format("{:.4f}", new_s)};
     if (kill % 3 == 1) words = {shop.Keep(new_s, kill)};
-    if (undo) {  // of what was just set
+    if (undo) {  // undoes the latest setting
       EXPECT_EQ(shop.Run(words).exit_code, 0);
       words = {"--undo"};
     }

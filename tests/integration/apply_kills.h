@@ -5,7 +5,7 @@
 
 namespace trammel::test {
 
-/// How the killed runs left the printer.
+/// State of the printer after the killed runs.
 struct KilledApplies {
   int unnoted = 0;   ///< nothing was begun
   int open = 0;      ///< noted as begun, and not what became of it

@@ -237,7 +237,7 @@ TEST_F(ApplyToSpool, WhileThePrinterStartsItSaysThat) {
   EXPECT_EQ(spoolman_->Extra("filament", 1, "pressure_advance"), std::nullopt);
 }
 
-// By the settings a store that is away does not keep the value from the printer.
+// With the setting, an offline store does not prevent setting the value on the printer.
 TEST_F(ApplyToSpool, TheSettingKeepsWhatItCanAndSaysWhatItCannot) {
   const auto run = [&](const std::string& value) {
     return there_.Run({"pa", "apply", value, "--printer", there_.address(), "--set",
@@ -249,7 +249,7 @@ TEST_F(ApplyToSpool, TheSettingKeepsWhatItCanAndSaysWhatItCannot) {
   spoolman_->SetFault(sim::VirtualSpoolman::Fault::kAway);
   const ProcessEnd away = run("0.05");
   EXPECT_EQ(away.exit_code, 0) << away.standard_error;
-  // With the answer, which a printer's screen shows, and not among the progress.
+  // Printed with the answer, which a printer's screen shows, not with the progress.
   EXPECT_THAT(away.standard_output, HasSubstr("not kept          in Spoolman: Spoolman is away"));
   EXPECT_NEAR(InForceThere(), 0.05, 1e-6);
   spoolman_->SetFault(sim::VirtualSpoolman::Fault::kMeddled);
@@ -353,7 +353,7 @@ TEST_F(ApplyToSpool, SaysThatAnotherProgramWroteAtTheSameTime) {
 }
 
 TEST(ApplyKilled, AtAnyMomentLeavesTheOldValueOrTheNewOneAndARecordOfIt) {
-  constexpr int kShowing = 100;  // of fewer, all may miss the moment between two notes
+  constexpr int kShowing = 100;  // with fewer, all may miss the moment between two notes
   const StudySeeds seeds = SeedsOfStudy(15, 61);
   const KilledApplies killed = KillApplies(seeds.count, seeds.first);
   std::printf("of %d killed runs %d had noted nothing, %d were open, %d were noted to their end\n",
@@ -443,7 +443,7 @@ TEST_F(Apply, ANewAnalysisIsListedAndNotedAsSuch) {
   EXPECT_THAT(entries[0].outcome.notices, Contains(HasSubstr("analysing again")));
 }
 
-// As on a full disk: whatever cannot be noted is not set, and no half line stays.
+// Given a full disk, a value that cannot be noted is not set, and no half line remains.
 TEST_F(Apply, SetsNothingThatItCannotNote) {
   ASSERT_EQ(Run({"0.0310"}).exit_code, 0);
   const auto applied = state_ / files::kAppliedFile;

@@ -1,4 +1,4 @@
-// From a printed sheet and drawn pictures of it to a camera file, by the commands of a user.
+// Path from a printed sheet and drawn pictures of it to a camera file, by the commands of a user.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -135,7 +135,7 @@ TEST_F(BoardCommand, CalibratesACameraByPicturesOfAPrintedSheet) {
   EXPECT_LT(std::abs(error[0]) / camera->camera.pixel_pitch_mm, 1);  // px of 2813
   EXPECT_LT(error.segment<2>(1).norm(), 1);                          // px
 
-  // What was seen is enough from here on.
+  // From here on the stored observations suffice.
   const auto again =
       Run("calibrate --board board.json --observations seen.json --out camera.json --force --json");
   ASSERT_EQ(again.exit_code, 0) << again.output;

@@ -1,4 +1,4 @@
-// From a printed board under a virtual mill to a camera file, by one command of a user.
+// Path from a printed board under a virtual mill to a camera file, by one command of a user.
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -61,7 +61,7 @@ class BoardMachine : public testing::Test {
   [[nodiscard]] json ReadJson(const std::string& name) const {
     return json::parse(test::ReadWhole(folder_.path() / name));
   }
-  // What somebody wrote down who touched four marks with a tool.
+  // Returns the notes of an operator who touched four marks with a tool.
   [[nodiscard]] std::string Touches() const {
     const json truth = ReadJson("truth.json");
     std::string options;
@@ -72,7 +72,7 @@ class BoardMachine : public testing::Test {
     }
     return options;
   }
-  // Where the machine stands, looked at twice.
+  // Returns the machine's position, read twice.
   [[nodiscard]] Eigen::Vector3d Stands() const {
     machine::LinuxCncOptions options;
     std::istringstream words(machine_.substr(machine_.find(':') + 1));
@@ -142,7 +142,8 @@ void Replace(const std::string& what, const std::string& by, std::string& text) 
   if (at != std::string::npos) text.replace(at, what.size(), by);
 }
 
-// As a reader types them, but for free ports, smaller pictures, fewer of them, and quick axes.
+// Runs the commands as in the manual, but for free ports, smaller and fewer pictures, and quick
+// axes.
 TEST_F(BoardMachine, TheManualsCommandsRunInTheirOrder) {
   std::istringstream lines(
       test::ReadWhole(fs::path(TRAMMEL_SOURCE) / "docs/howto/spindle-camera.md"));
@@ -161,7 +162,7 @@ TEST_F(BoardMachine, TheManualsCommandsRunInTheirOrder) {
       camera_ = mill_->WaitForLine("camera ");
       continue;
     }
-    if (command.starts_with("align targets ")) command += " --force";  // of SetUp
+    if (command.starts_with("align targets ")) command += " --force";  // replaces SetUp's
     if (command.starts_with("align board ")) {
       Replace("session:trammel-sim mill --join 5107", machine_, command);
       Replace("http://127.0.0.1:5108/stream", camera_, command);

@@ -1,5 +1,5 @@
-// Where the pictures of a board are planned from, for cameras that nobody described: by what a
-// virtual spindle sees from there.
+// Planned stations for pictures of a board, for unknown cameras: by the view of a virtual spindle
+// from there.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -24,14 +24,14 @@ using part_alignment::BoardView;
 using part_alignment::MachineBox;
 using ::testing::HasSubstr;
 
-// Of a seed below 1000: nothing is counted here.
+// Seed below 1000: no statistics are made here.
 constexpr std::uint64_t kSeed = 31;
 const MachineBox kRoom{{0, 0, 0}, {1200, 800, 2000}};
 
 struct Kind {
   std::string name;
   double focal_widths;  ///< focal length over the picture's width
-  double turn_rad;      ///< of the camera about its axis
+  double turn_rad;      ///< camera about its axis
   double tilt_rad;
   double distance_mm;
   double reach_mm = 130;  ///< half of the board
@@ -52,7 +52,7 @@ class BoardPlan : public testing::Test {
     world_ = sim::DrawBoardWorld(setup, kSeed);
     const sim::Triple middle = world_.machine_from_sheet.origin_mm;
     start_mm_ = {middle[0], middle[1], kind.distance_mm - setup.lens.offset_mm[2]};
-    // With its tilt the camera is jogged to where the board is in view.
+    // Because of its tilt the camera is jogged until the board is in view.
     start_mm_.x() -= kind.tilt_rad * kind.distance_mm;
     measurement_ = test::BoardMeasurementOf(world_);
     measurement_.views.clear();
@@ -140,7 +140,7 @@ TEST_F(BoardPlan, HalfATurnOfACameraBesideTheAxisIsFollowed) {
   ASSERT_GT(turned.observations.size(), 4U);
   const Vector3d before = sketch->middle_mm;
   const double off_px = part_alignment::ShiftSketch(turned, std::numbers::pi, *sketch);
-  EXPECT_LT(off_px, 30);  // of 2592: roughly aimed, by a rough camera
+  EXPECT_LT(off_px, 30);  // of 2592: approximate aim by an uncalibrated camera
   EXPECT_NEAR(sketch->middle_mm.x() - before.x(), 2 * 18, 2);
   EXPECT_NEAR(sketch->middle_mm.y() - before.y(), -2 * 11, 2);
   BoardPoseOptions options;

@@ -13,11 +13,11 @@ namespace trammel::test {
 /// @param per_turn  pictures at C = 0; half as many at 180 degrees, a quarter at 0 again.
 [[nodiscard]] sim::BoardSetup BoardScene(int per_turn = 56);
 
-/// What a user would hand over of it: places as stated, marks as found, nothing of the truth.
+/// Returns a user's data of it: commanded places, detected marks, no truth.
 [[nodiscard]] part_alignment::BoardMeasurement BoardMeasurementOf(const sim::BoardWorld& world);
 
-/// In the order of kCameraParameterNames: the camera's numbers and its place in the taper as the
-/// spindle carries it at the first stop.
+/// Returns, in the order of kCameraParameterNames, the camera's numbers and its place in the taper
+/// as the spindle carries it at the first station.
 [[nodiscard]] part_alignment::CameraVector BoardTruth(const sim::BoardWorld& world);
 
 /// Estimated less true; angles the short way round.

@@ -44,7 +44,7 @@ std::uint64_t FirstSeed() { return test::FirstSeedOfStudy(); }
 struct Row {
   int boards = 0;
   int good = 0;
-  int within = 0;  ///< of their 95 % region
+  int within = 0;  ///< in their 95 % region
   double nees = 0;
   CameraVector squares = CameraVector::Zero();
   CameraVector stated = CameraVector::Zero();
@@ -266,7 +266,7 @@ struct Work {
 
 constexpr int kClampings = 10;
 
-// What the calibration alone does to a part: to its stated variance, and its error seen, by a
+// Adds the calibration's own effect on a part: to its variance, and its observed error, by a
 // measurement without errors of its own.
 void NoteShare(const sim::BoardWorld& board, const BoardCalibration& calibration,
                std::uint64_t seed, Work& work) {
@@ -290,7 +290,7 @@ void NoteShare(const sim::BoardWorld& board, const BoardCalibration& calibration
   error << seen->machine_from_part.translation_mm - without->machine_from_part.translation_mm,
       seen->machine_from_part.angles_rad - without->machine_from_part.angles_rad;
   work.seen_by_camera += error.cwiseAbs2();
-  // Where the axis meets the part, below the gauge line by stop less target.
+  // Intersection of the axis and the part, below the gauge line by station less target.
   const double below_mm = setup.stops.front().stated_mm[2] - world.machine_from_part.origin_mm[2];
   const Eigen::Vector3d true_axis =
       test::VectorOf(sim::operator*(board.lean, sim::Triple{0, 0, -below_mm}));
@@ -392,7 +392,7 @@ TEST(BoardStudy, MeasuresPartsAsTable3Has) {
   if (Boards() < std::uint64_t{kReportedBoards}) return;
   const double table3[] = {0.032, 0.030, 0.020, 0.028e-3, 0.024e-3, 0.010e-3};
   for (int k = 0; k < 6; ++k) {
-    // Its ten repeats know a standard deviation to no better than 20 %.
+    // Its ten repeats determine a standard deviation only to 20 %.
     EXPECT_LE(repeat[k], 1.2 * table3[k]) << k;
     // No calibration repeats better than a camera without errors, whose scatter is the machine's.
     EXPECT_LE(repeat[k], 1.02 * exact[k]) << k;
@@ -410,7 +410,7 @@ struct Fault {
   std::function<void(sim::BoardSetup&, Random&)> in_world = {};
   std::function<void(BoardMeasurement&, Random&)> in_table = {};
   std::string words;         ///< any of them, parted by |
-  bool may_be_good = false;  ///< where it is named in a notice, or harmless
+  bool may_be_good = false;  ///< true if reported in a notice, or harmless
 };
 
 std::size_t Somewhere(const sim::BoardSetup& setup, Random& random) {

@@ -1,6 +1,6 @@
-// What can go wrong with a printer, its camera and the disk, before and in the middle of a
-// calibration over real sockets. After each of it: a message that says what and what to do, the
-// right exit code, the machine safe and as it was, the recording so far kept, and no number.
+// Faults of a printer, its camera and the disk, before and during a calibration over real sockets.
+// After each: a message with cause and remedy, the right exit code, the machine safe and restored,
+// the recording so far preserved, and no number.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <signal.h>
@@ -27,7 +27,7 @@ using ::testing::Eq;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 
-constexpr int kWidth = 4;  // at a time; each takes a fifth of a core
+constexpr int kWidth = 4;  // parallel runs; each takes a fifth of a core
 constexpr int kUsage = 1, kNotTrusted = 2, kMachine = 3, kUnsafe = 4, kInterrupted = 130;
 
 constexpr double kRunTruth_s = 0.03;
@@ -45,7 +45,7 @@ struct Case {
 
 void WorkedWith(MachineShop& shop) { shop.Script(kWorkedWith); }
 
-// At what moment something happens, and what.
+// Event and its time.
 using Strike = std::function<void(MachineShop&, TrammelProcess&)>;
 Strike InPrint(Strike strike) {
   return [strike](MachineShop& shop, TrammelProcess& process) {
@@ -243,7 +243,7 @@ std::vector<Case> BeforeItBegins() {
                     WorkedWith},
                    kMachine,
                    {"does not see the laser", "_LASER_ON"}});
-  // What is refused before anything is printed leaves nothing behind.
+  // A refusal before the print creates no files.
   for (Case& one : cases) {
     const std::string& name = one.scenario.name;
     if (name != "LaserIsUnplugged" && name != "UnknownStartMacro")

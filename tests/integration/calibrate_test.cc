@@ -300,7 +300,7 @@ TEST(Validate, SaysWhatAPressureAdvanceImproves) {
   EXPECT_THAT(shop.Faulty(before), IsEmpty());
 }
 
-// By whatever settings the scan runs.
+// The scan's own settings do not matter.
 TEST(Scan, IsOfTheLastPatternThatWasPrintedOnThatPrinter) {
   MachineShop shop;
   const ProcessEnd unknown = shop.Run({"pa", "scan", "--printer", shop.address()});

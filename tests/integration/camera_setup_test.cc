@@ -23,7 +23,7 @@ using ::testing::IsEmpty;
 
 constexpr double kEnough_s = 240;  // it takes some 70 s
 constexpr double kDegree = 0.017453292519943295;
-// What the values are good for: a scan at 0.05 mm, heights at 1 %.
+// Tolerances of the values: a scan at 0.05 mm, heights at 1 %.
 const std::map<std::string, double> kBorne = {
     {"offset_x_mm", 0.05}, {"offset_y_mm", 0.05},   {"focus_height_mm", 0.2}, {"px_per_mm", 0.01},
     {"rotation_deg", 0.3}, {"laser_turn_deg", 0.3}, {"laser_sheet_deg", 1}};

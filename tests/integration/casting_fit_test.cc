@@ -40,7 +40,7 @@ PartFit Fit(const CastingWorld& world) {
   return fit ? *fit : PartFit{};
 }
 
-// From nothing: 10^4 points, 10^6 triangles, any rotation.
+// Given no start values: 10^4 points, 10^6 triangles, any rotation.
 TEST(CastingFit, IsWithinWhatTheTrianglesAreOffOfTheBestAtAMillionTriangles) {
   constexpr int kMillion = 289;  // 12 · 289² triangles
   const CastingWorld world = WorldWithMesh({}, kSeed, kMillion);

@@ -1,5 +1,5 @@
-// How near the fit of a CAD mesh comes to the best placement of the exact surface, over castings
-// drawn anew. Prints the tables that docs/howto/part-alignment.md quotes.
+// Compares the fit of a CAD mesh with the best placement of the exact surface, over castings drawn
+// anew. Prints the tables that docs/howto/part-alignment.md quotes.
 //
 // TRAMMEL_STUDY_SEEDS: castings of a row, 20 without it.
 #include <fmt/format.h>

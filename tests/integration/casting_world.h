@@ -14,7 +14,7 @@ namespace trammel {
 struct CastingWorld {
   sim::Freeform part;
   sim::Casting casting;
-  std::vector<Eigen::Vector3d> targets_mm;  ///< where they truly are in the ideal part
+  std::vector<Eigen::Vector3d> targets_mm;  ///< true positions in the ideal part
   part_alignment::PartFitInput input;
   part_alignment::PartFitOptions options;
 };
@@ -23,14 +23,15 @@ struct CastingWorld {
 [[nodiscard]] CastingWorld MakeCastingWorld(const Eigen::Vector3d& half_mm,
                                             const sim::CastingTraits& traits, std::uint64_t seed);
 
-/// What ReadMeshFile makes of an STL of these facets; a failed test where it refuses.
+/// Returns the result of ReadMeshFile for an STL of these facets; fails the test if it refuses.
 [[nodiscard]] part_alignment::IdealSurface MeshSurface(const std::vector<sim::Facet>& facets,
                                                        double wanted_mm,
                                                        const std::string& unit = "mm");
 
-/// Of a placement from the best one: the most by which a point of the casting moves, and the turn.
+/// Error of a placement from the best one: the maximum motion of a point of the casting, and the
+/// turn.
 struct PlacementError {
-  double shift_mm = 0;  ///< of the casting's middle
+  double shift_mm = 0;  ///< of the casting's centre
   double turn_rad = 0;
 };
 [[nodiscard]] PlacementError ErrorOf(const CastingWorld& world, const part_alignment::PartFit& fit);

@@ -9,7 +9,7 @@ namespace {
 
 using nlohmann::json;
 
-/// In three digits, as people write numbers.
+/// Draws a number with three digits, like a user's.
 double LogUniform(Random& random, double lo, double hi) {
   const double value = lo * std::pow(hi / lo, random.Uniform());
   const double digit = std::pow(10, std::floor(std::log10(value)) - 2);
@@ -30,7 +30,7 @@ json Odd(Random& random) {
 
 std::string Distort(Random& random, Draw& draw, const std::string& place) {
   json value = Odd(random);
-  // Without its diameters Klipper takes no [extruder].
+  // Klipper does not accept an [extruder] without its diameters.
   while (value.is_null() && place.ends_with("_diameter")) value = Odd(random);
   draw.instead.emplace_back(json::json_pointer(place), value);
   return fmt::format("{} told as {}", place, value.is_null() ? "nothing" : value.dump());

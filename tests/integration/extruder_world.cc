@@ -13,7 +13,7 @@ namespace pa = pressure_advance;
 constexpr double kStep_s = 0.0005;
 constexpr double kCell_mm = 0.05;
 constexpr double kFootprint_mm = 0.4;
-constexpr double kNominal_mm2 = 0.11;  // of a line's cross-section
+constexpr double kNominal_mm2 = 0.11;  // line cross-section
 
 // Flow over stored filament, tabulated over the square root of flow: thinning laws are steep at 0.
 class HotEnd {
@@ -84,7 +84,7 @@ double SpeedAt(const ExtruderWorld& world, double s) {
 
 struct Drive {
   std::vector<double> position_mm;
-  std::vector<double> rate_mm_s;  // of filament, with pressure advance and smoothing
+  std::vector<double> rate_mm_s;  // filament speed, with pressure advance and smoothing
 };
 
 Drive Command(const ExtruderWorld& world, double pressure_advance_s) {
@@ -190,7 +190,7 @@ pa::LineMotion ExtruderWorld::Motion() const {
 }
 
 double TruePressureAdvance(const ExtruderWorld& world) {
-  // What advance supplies passes the slipping drive as well: a third of the slip on the average.
+  // Advance also passes through the slipping drive: a third of the slip on average.
   const double delivered = world.fast_mm_s * (1 - world.slip);
   const double first = (1 - world.second_share) * Scale(world, world.k_star_s) *
                        (world.law(delivered) - world.law(world.slow_mm_s));

@@ -20,10 +20,10 @@ using StoredLaw = std::function<double(double flow_mm_s)>;
 /// One printer, its pattern, and the noise of the eye that reads it.
 struct ExtruderWorld {
   StoredLaw law = PowerLaw(1);    ///< scaled so that k_star_s is the secant over the speed change
-  double k_star_s = 0.03;         ///< of the pattern's mean line; >= 0
-  double second_share = 0;        ///< of the storage that lies in a second, linear stage behind it
+  double k_star_s = 0.03;         ///< pattern's mean line; >= 0
+  double second_share = 0;        ///< share of the storage in a second, linear stage behind it
   double lag_scatter_s = 0.0015;  ///< 1 sigma from line to line
-  double lag_drift = 0;           ///< from the first line to the last, relative to k_star_s
+  double lag_drift = 0;           ///< first line to last, relative to k_star_s
   double slip = 0;                ///< share of the drive lost at the fast flow; grows as its square
   bool gaps_are_lost = false;     ///< a gap draws in air rather than to be refilled
   double flow_scatter = 0.015;    ///< 1 sigma from line to line, relative
@@ -32,14 +32,14 @@ struct ExtruderWorld {
   double reading_noise = 0.03;  ///< 1 sigma of one reading, relative to the nominal area
 
   double length_mm = 30;
-  double first_share = 0.25;  ///< of the line, at slow_mm_s …
+  double first_share = 0.25;  ///< share of the line at slow_mm_s …
   double fast_share = 0.5;    ///< … and behind it at fast_mm_s; the rest slowly again
   double slow_mm_s = 5;
   double fast_mm_s = 150;
   double acceleration_mm_s2 = 3000;
   double smooth_time_s = 0.04;
   double left_out_mm = 4;       ///< at both ends of a line
-  double reading_mm = 2.0 / 9;  ///< from one to the next: 30 frames a second at 400 mm/min
+  double reading_mm = 2.0 / 9;  ///< reading interval: 30 frames a second at 400 mm/min
   std::vector<double> pressure_advance_s;
 
   [[nodiscard]] pressure_advance::LineMotion Motion() const;

@@ -305,8 +305,8 @@ Scenario FaultInStage(const FaultKind& kind, const std::string& stage_word, std:
 
 namespace {
 
-// By a signal of somebody else's, before the first word: nothing catches it in so young a process,
-// which has done nothing yet.
+// True if another's signal ended it before its first output: so young a process has no handler, and
+// has done nothing yet.
 bool EndedBeforeItBegan(const Outcome& outcome) {
   constexpr std::array kOwn = {SIGSEGV, SIGBUS, SIGABRT, SIGFPE, SIGILL, SIGSYS};
   const bool own = std::find(kOwn.begin(), kOwn.end(), outcome.end.signal) != kOwn.end();

@@ -1,4 +1,4 @@
-// What goes wrong in a calibration, by kind and by stage, and what may be asked of its outcome.
+// Faults in a calibration, by kind and by stage, and the permitted outcomes.
 #pragma once
 
 #include <functional>
@@ -22,9 +22,9 @@ struct FaultKind {
   RandomStrike strike = {};
   /// False where trammel itself is gone or the printer never comes back: its own limits must do.
   bool reachable = true;
-  /// Whether the printer has a job of somebody else's at the end, which must go on untouched.
+  /// True if the printer has a foreign job at the end, which must continue untouched.
   bool foreign_print = false;
-  /// What else the scenario needs: limits of the process, what follows its end.
+  /// Additional setup of the scenario: limits of the process, actions after its end.
   std::function<void(Scenario&, Random&)> prepare = {};
 };
 

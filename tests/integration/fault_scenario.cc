@@ -19,7 +19,7 @@ std::optional<double> NumberOf(const nlohmann::json& object, const char* key) {
   return object[key].get<double>();
 }
 
-// From trammel's end until the laser's last going off.
+// Computes the time from trammel's end to the laser's last switch-off.
 double LaserOnAfter(const MachineShop& shop, double end_s) {
   double off_s = 0;
   bool on = false;

@@ -14,42 +14,42 @@ struct Outcome;
 
 struct Scenario {
   std::string name;
-  /// What is wrong before trammel starts.
+  /// Faults before trammel starts.
   std::function<void(ShopOptions&)> prepare = {};
   std::function<void(MachineShop&)> before = {};
-  /// What happens while it runs; waits for its moment.
+  /// Event while it runs; waits for its moment.
   std::function<void(MachineShop&, TrammelProcess&)> strike = {};
   /// Instead of "pa calibrate --out rec --printer"; the shop's address follows a last "--printer".
   std::vector<std::string> arguments = {};
   ProcessLimits limits = {};
   double patience_s = 5;  ///< for the machine to come to rest after trammel's end
-  /// What happens once trammel has ended, however that was; throws where it goes wrong.
+  /// Action after trammel's end, whatever its cause; throws on failure.
   std::function<void(MachineShop&, Outcome&)> after = {};
 };
 
 /// A recording after the fact.
 struct RecordingLook {
-  bool folder = false;  ///< whether it is there at all
+  bool folder = false;  ///< true if it exists
   int videos = 0;       ///< line0.avi, line1.avi, …
   int told_frames = 0;  ///< lines in their .times
   int kept_frames = 0;  ///< pictures that are whole in the videos, as far as told
-  int sweeps = 0;       ///< that sweeps.json tells of, those swept again with them
-  bool scan = false;    ///< whether there is a scan.json
-  int exit_code = -1;   ///< of `trammel pa analyze --json`; -1: not run, no sweep was begun
+  int sweeps = 0;       ///< number in sweeps.json, including repeated ones
+  bool scan = false;    ///< true if scan.json exists
+  int exit_code = -1;   ///< of `trammel pa analyze --json`; -1: not run, no sweep started
   std::string verdict;  ///< empty: none was given
   std::optional<double> value_s, low_s, high_s;
   std::vector<std::string> notices;
-  std::string said;  ///< its reason, or its message
+  std::string said;  ///< reason or message
 };
 
 struct Outcome {
-  std::string problem;  ///< why the scenario itself did not come about; empty otherwise
+  std::string problem;  ///< why the scenario itself failed to occur; empty otherwise
   ProcessEnd end;
   PrinterLook before;
   PrinterLook after;                ///< some seconds after the end
   std::vector<std::string> faulty;  ///< not safe or not as it was
   RecordingLook recording;
-  double laser_on_s = 0;  ///< how long the laser was on after trammel had ended
+  double laser_on_s = 0;  ///< time the laser stayed on after trammel's end
 };
 
 /// Runs it from beginning to end. Never throws.

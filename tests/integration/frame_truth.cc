@@ -43,7 +43,7 @@ const sim::CameraTruth* ByStamp(const std::vector<sim::CameraTruth>& truth, doub
   return nullptr;
 }
 
-// Where in the camera's log a video begins: where sending and arrival go together best.
+// Finds the start of a video in the camera's log: the best match of sending and arrival.
 std::size_t FirstByOrder(const std::vector<sim::CameraTruth>& truth,
                          const std::vector<ToldFrame>& frames) {
   std::size_t best = 0;

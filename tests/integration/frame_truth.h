@@ -1,4 +1,4 @@
-// How far the frames' places in a recording are from where they really were taken.
+// Error of the frames' positions in a recording against their true ones.
 #pragma once
 
 #include <filesystem>
@@ -9,7 +9,7 @@
 namespace trammel::test {
 
 struct PlacedFrames {
-  std::vector<double> error_mm;  ///< of every frame that scan.json gives a place, signed
+  std::vector<double> error_mm;  ///< per frame with a place in scan.json, signed
   int unplaced = 0;              ///< frames without one
   int unmatched = 0;             ///< frames whose truth could not be told; must be 0
 };

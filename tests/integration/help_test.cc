@@ -13,7 +13,7 @@
 namespace trammel {
 namespace {
 
-// Of a row: two blanks, what is typed, and in this column, or on the next line, what it does.
+// Column of the description: two blanks, the words to type, then this, or the next line.
 constexpr std::size_t kColumn = 30;
 
 // The columns of what stands behind gaps of two blanks or more within a line.
@@ -28,7 +28,7 @@ std::vector<std::size_t> ColumnsBehindGaps(const std::string& line) {
       if (blanks > 1) columns.push_back(column + line.find_first_not_of(' '));
       blanks = 0;
     }
-    const bool inner = (static_cast<unsigned char>(line[i]) & 0xC0U) == 0x80U;  // of UTF-8
+    const bool inner = (static_cast<unsigned char>(line[i]) & 0xC0U) == 0x80U;  // UTF-8 inner byte
     if (!inner) ++column;
   }
   return columns;

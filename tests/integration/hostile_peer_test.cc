@@ -24,7 +24,7 @@ using Json = nlohmann::json;
 constexpr double kEnd_s = 100;  // until a command has given up by itself; they wait 60 at most
 // Resident; an analysis of frames needs half of it.
 constexpr double kMost_mb = 400 * kSanitizerMemory;
-constexpr int kLevels = 1'000'000;  // of nested JSON: 2 MB with their ends
+constexpr int kLevels = 1'000'000;  // JSON nesting: 2 MB with closing brackets
 constexpr int kSoftwareBug = 70;    // CONVENTIONS.md: the exit code of a bug
 
 struct Mode {

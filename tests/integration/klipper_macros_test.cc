@@ -27,7 +27,7 @@ void ReadSections(const std::string& name, std::map<std::string, std::string>& s
   EXPECT_TRUE(file) << name;
   std::string header;
   for (std::string line; std::getline(file, line);) {
-    line = line.substr(0, line.find('#'));  // as Klipper does, wherever it stands
+    line = line.substr(0, line.find('#'));  // like Klipper, at any position
     if (line.starts_with('[')) {
       header = line.substr(1, line.find(']') - 1);
       EXPECT_FALSE(sections.contains(header)) << header << " stands twice";
@@ -45,7 +45,7 @@ std::map<std::string, std::string> ReadSections() {
   return sections;
 }
 
-/// What follows `prefix` in each place where it stands.
+/// Returns the word after each occurrence of `prefix`.
 std::vector<std::string> WordsAfter(const std::string& text, const std::string& prefix) {
   std::vector<std::string> words;
   const std::regex pattern(prefix + "([A-Za-z0-9_]+)");
@@ -170,7 +170,7 @@ TEST(KlipperMacros, ThePrinterBelongsToOneRunUntilItIsReleasedOrItsLimitIsReache
   EXPECT_THAT(sections.at("delayed_gcode _trammel_heater_limit"), testing::HasSubstr(free));
 }
 
-// What calls trammel is refused while a print is on its way, and says where nobody answers.
+// A macro that calls trammel is refused during a print, and reports a missing answer.
 TEST(KlipperMacros, WhoeverAsksLooksForAPrintFirstAndWaitsForAnAnswer) {
   const auto sections = ReadSections();
   for (const char* name : {"TRAMMEL_PA", "TRAMMEL_PA_PATTERN", "_TRAMMEL_START", "TRAMMEL_PA_PHOTO",

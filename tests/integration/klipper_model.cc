@@ -152,7 +152,7 @@ class Machine {
     nozzle_c_ = target_c;
   }
 
-  // Without a bed's heater M140 is a command that Klipper does not know, and goes past.
+  // Without a bed's heater Klipper does not know the command M140, and ignores it.
   void HeatBed(double target_c) {
     if (printer_.bed_max_temp_c && target_c > *printer_.bed_max_temp_c) {
       Refuse(fmt::format("Requested temperature ({}) of the bed out of range", target_c));

@@ -1,5 +1,5 @@
-// What Klipper does with a file on a printer, written from its sources and sharing no code with
-// trammel: limits of motion, filament and heat, junctions, and which motors get a pressure advance.
+// Model of Klipper printing a file, written from its sources and sharing no code with trammel:
+// limits of motion, filament and heat, junctions, and the motors that receive a pressure advance.
 #pragma once
 
 #include <array>
@@ -40,7 +40,7 @@ struct ModelPrinter {
   std::string kinematics = "corexy";
   std::array<double, 3> minimum_mm{0, 0, -5};
   std::array<double, 3> maximum_mm{250, 250, 240};
-  double max_velocity_mm_s = 300;  ///< in force
+  double max_velocity_mm_s = 300;  ///< current limit
   double max_accel_mm_s2 = 5000;
   double configured_max_velocity_mm_s = 300;
   double configured_max_accel_mm_s2 = 5000;
@@ -48,7 +48,7 @@ struct ModelPrinter {
   double square_corner_velocity_mm_s = 5;
   bool before_2024 = false;  ///< max_accel_to_decel instead of the ratio
   double max_z_velocity_mm_s = 15;
-  std::optional<double> max_angular_velocity_rad_s;  ///< of polar printers
+  std::optional<double> max_angular_velocity_rad_s;  ///< polar printers only
   std::map<std::string, ModelExtruder> extruders{{"extruder", {}}};
   std::map<std::string, ModelMotor> motors{{"extruder", {"extruder"}}};
   std::string active = "extruder";
@@ -72,7 +72,7 @@ struct ModelPiece {
 struct ModelLine {
   std::vector<ModelPiece> pieces;
   double filament_mm = 0;
-  std::map<std::string, double> pressure_advance_s;  ///< of each motor while it is printed
+  std::map<std::string, double> pressure_advance_s;  ///< per motor, during this line
 
   [[nodiscard]] double Length_mm() const;
   /// Speed of the nozzle at a place along the line.
@@ -80,7 +80,7 @@ struct ModelLine {
 };
 
 struct ModelPrint {
-  std::string refusal;  ///< by which Klipper ends the print; empty: none
+  std::string refusal;  ///< error with which Klipper ends the print; empty: none
   std::vector<ModelLine> lines;
   double longest_filament_move_s = 0;  ///< the longest time that filament moves without the head
 };

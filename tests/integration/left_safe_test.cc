@@ -1,5 +1,5 @@
-// How a calibration leaves a printer that others use too: a run that died before it, another's
-// job, another trammel, motors switched off, a restart, an interruption in the middle of a print.
+// State of a shared printer after a calibration: a run that crashed before it, another's job,
+// another trammel, motors switched off, a restart, an interruption in the middle of a print.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <signal.h>

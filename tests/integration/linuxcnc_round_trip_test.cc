@@ -1,4 +1,4 @@
-// From pictures to a part point under the tool, with LinuxCNC itself as the controller.
+// Path from pictures to a part point under the tool, with LinuxCNC itself as the controller.
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -24,7 +24,7 @@ using ::testing::HasSubstr;
 
 class LinuxCncRoundTrip : public test::LinuxCncFixture {
  protected:
-  // Where the machine comes to rest behind a block of a program.
+  // Returns the machine's position at rest after a block of a program.
   static Vector3d Go(const std::string& block) { return At(Screen("mdi " + block)); }
   // Leaves LinuxCNC to the screen behind it.
   static Result<void> Write(int slot, const machine::LinuxCncOffset& offset) {
@@ -50,7 +50,7 @@ TEST_F(LinuxCncRoundTrip, AWrittenOffsetTakesPartPointsWhereThePartHasThem) {
   }
 }
 
-// From noise-free pictures of a tilted part: shims by the model of the fixture, then the offset.
+// Given noise-free pictures of a tilted part: shims by the model of the fixture, then the offset.
 TEST_F(LinuxCncRoundTrip, FromPicturesToAPartPointWithinAMicron) {
   const test_support::AlignmentWorld world = [] {
     test_support::AlignmentWorld made = test_support::BenchWorld();

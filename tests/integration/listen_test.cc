@@ -27,7 +27,7 @@ ShopOptions WithMacros() {
   return options;
 }
 
-// How often the printer read a line with this in it.
+// Counts the lines with this text that the printer read.
 int TimesRead(const sim::VirtualKlipper& klipper, const std::string& text) {
   int times = 0;
   for (const sim::ReadLine& line : klipper.history().lines) {
@@ -74,8 +74,8 @@ class Listen : public testing::Test {
         "the printer was told: " + answer, *process_, kEnough_s);
   }
 
-  // Whether the calibration that runs ends with an answer; a computer with too much else to do may
-  // see too few frames for one, and the user presses the button again.
+  // True if the running calibration ends with an answer; an overloaded computer may capture too few
+  // frames for one, and the user presses the button again.
   bool HasAnswer() {
     const auto times = [this](const std::string& text) {
       int found = 0;

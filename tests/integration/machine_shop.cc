@@ -32,8 +32,8 @@ const std::map<std::string, std::string> kQuickConfig = {
      "lights_off_gcode = \"LIGHTS_OFF\"\nlights_on_gcode = \"LIGHTS_ON\"\nsettle = 0.4\n"
      "heat_time_limit = 10\n"}};
 
-// What the camera sees: the bed as it was before a print until that is done. To build it anew every
-// two seconds would take the processor from those that are watched here.
+// Camera's view: the bed as it was before a print until that is done. Rendering it anew every two
+// seconds would take processor time from the processes under test.
 class RestingBed final : public sim::MachineSource {
  public:
   explicit RestingBed(std::shared_ptr<sim::MachineHost> machine) : machine_(std::move(machine)) {}
@@ -99,7 +99,7 @@ std::vector<std::string> NotAsItWas(const PrinterLook& before, const PrinterLook
   }
   if (after.state == "shutdown") {
     if (after.powered) faults.push_back("shut down, but the heaters have power");
-    return faults;  // its file stays paused until the restart, and nothing of it runs
+    return faults;  // file paused until the restart; nothing of it is executed
   }
   if (after.printing && !before.printing) faults.push_back("a print is still under way");
   if (after.state != "ready" && after.state != before.state)

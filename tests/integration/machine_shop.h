@@ -34,13 +34,13 @@ struct ShopOptions {
   std::shared_ptr<sim::VirtualSpoolman> spoolman;  ///< none: Moonraker knows of none
   sim::CameraServerOptions camera = QuickCamera();
   bool with_camera = true;
-  /// What trammel.toml says beyond the quick calibration's settings; section -> lines.
+  /// Content of trammel.toml beyond the quick calibration's settings; section -> lines.
   std::map<std::string, std::string> config;
   /// Whatever has to live as long as the shop.
   std::shared_ptr<void> neighbour;
 };
 
-/// What a calibration has to leave as it was.
+/// State that a calibration must preserve.
 struct PrinterLook {
   std::string state;  ///< "ready", "shutdown", …
   bool laser = false;
@@ -48,7 +48,7 @@ struct PrinterLook {
   double nozzle_target_c = 0;
   double bed_target_c = 0;
   bool powered = true;                     ///< the heaters; false after a shutdown
-  bool printing = false;                   ///< from a file, paused included
+  bool printing = false;                   ///< true if printing a file, or paused
   std::string print_file;                  ///< the file being or last printed
   int restarts = 0;                        ///< so far
   std::map<std::string, double> settings;  ///< pressure advance and limits: kept over a restart
@@ -97,7 +97,7 @@ class MachineShop {
   /// Until the n-th sweep (from 1) is under way: laser on, head at scanning speed.
   void WaitUntilSweeping(int sweep, TrammelProcess& process) const;
 
-  /// What is not safe or not as it was; looks again for a while, since motion may still be queued.
+  /// Lists the unsafe or changed parts; retries for a while, since motion may still be queued.
   [[nodiscard]] std::vector<std::string> Faulty(const PrinterLook& before,
                                                 double patience_s = 5) const;
 

@@ -86,7 +86,7 @@ double MeltExtruder::SlipAt(double pressure) const {
 }
 
 MeltSteady MeltExtruder::Steady(double drive_mm_s) const {
-  // What is lost grows with the flow that is left: halve the interval of the latter.
+  // The loss grows with the remaining flow: bisect the interval of the latter.
   double lo = 0, hi = drive_mm_s;
   for (int i = 0; physics_.slip > 0 && i < 50; ++i) {
     const double flow = (lo + hi) / 2;

@@ -7,7 +7,7 @@ namespace trammel::test {
 
 /// Describes a storage upstream of the nozzle chamber, such as the filament in its tube.
 struct MeltStage {
-  double share = 0;     ///< of the storage, in the difference between both speeds
+  double share = 0;     ///< share of storage, as difference between both speeds
   double drop = 0;      ///< pressure lost behind it at the fast flow, over the nozzle's
   double friction = 0;  ///< Coulomb friction behind it, over the nozzle's pressure at the fast flow
 };
@@ -24,16 +24,16 @@ struct MeltPhysics {
   double lag_s = 0.03;            ///< storage's difference over the flow's; 0: a rigid extruder
   double exponent = 1;            ///< pressure ~ flow^exponent
   double yield = 0;               ///< pressure below which nothing flows
-  std::vector<MeltStage> stages;  ///< from the drive towards the nozzle
-  std::vector<CreepPart> creep;   ///< of the storage next to the drive; the shares' sum < 1
+  std::vector<MeltStage> stages;  ///< drive to nozzle
+  std::vector<CreepPart> creep;   ///< of the storage next to the drive; sum of shares < 1
   double structure = 0;           ///< viscosity that rest adds (thixotropy), relative
-  double structure_time_s = 0.1;  ///< of its growth at rest
-  double structure_shear = 4;     ///< by how much faster the fast flow breaks it than it grows
+  double structure_time_s = 0.1;  ///< growth at rest
+  double structure_shear = 4;     ///< ratio of breakdown at the fast flow to growth
   double cooling = 0;             ///< viscosity that the fast flow adds as it cools the melt
   double cooling_time_s = 0.3;
   double asymmetry = 0;            ///< viscosity while the flow rises less that while it falls
-  double asymmetry_time_s = 0.03;  ///< for which the flow's change is remembered
-  double backlash_mm = 0;          ///< of the drive, mm of line
+  double asymmetry_time_s = 0.03;  ///< memory of the flow's change
+  double backlash_mm = 0;          ///< drive's, mm of line
   double slip = 0;                 ///< share of the drive lost at the fast flow; ~ pressure^2
 };
 
@@ -45,7 +45,7 @@ struct MeltPhysics {
 /// Adds creep to a physics; what creeps there already keeps its part of the rest.
 void AddCreep(MeltPhysics& physics, const std::vector<CreepPart>& parts);
 
-/// What an extruder settles to.
+/// Steady state of an extruder.
 struct MeltSteady {
   double flow_mm_s = 0;
   double slip = 0;       ///< share of the drive
@@ -83,10 +83,10 @@ class MeltExtruder {
 
   MeltPhysics physics_;
   double fast_mm_s_;
-  double settled_viscosity_ = 1;       ///< at the steady fast flow, before it is scaled to 1
+  double settled_viscosity_ = 1;       ///< at the steady fast flow, before scaling to 1
   double drive_pressure_ = 1;          ///< at the steady fast flow
   double prompt_ = 1;                  ///< share of the first storage that does not creep
-  std::vector<double> compliance_mm_;  ///< of the mean line, per storage, the nozzle's last
+  std::vector<double> compliance_mm_;  ///< mean line, per storage, the nozzle's last
   double line_compliance_ = 1, line_viscosity_ = 1;
 
   std::vector<double> stored_mm_, crept_mm_;  ///< a nozzle's below 0: a void to be filled again

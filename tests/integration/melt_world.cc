@@ -14,7 +14,7 @@ namespace pa = pressure_advance;
 
 constexpr double kStep_s = 5e-5;
 constexpr double kNozzle_mm = 0.4;     // filament lands below the whole of the nozzle's bore
-constexpr double kTravel_s = 0.1;      // from one line to the next
+constexpr double kTravel_s = 0.1;      // between lines
 constexpr double kRetract_mm = 10.9;   // 0.5 mm of filament, as mm of line
 constexpr double kRetract_mm_s = 654;  // 30 mm/s of filament
 constexpr double kNominalArea_mm2 = 0.11;
@@ -164,7 +164,7 @@ double StudentOf3(Random& random) {
   const double normal = random.Normal();
   double squares = 0;
   for (int i = 0; i < 3; ++i) squares += Square(random.Normal());
-  return normal / std::sqrt(squares);  // of unit variance: 3 degrees of freedom have 3
+  return normal / std::sqrt(squares);  // unit variance: 3 degrees of freedom have 3
 }
 
 // The mean of a noisy bead below the nozzle, around a position.

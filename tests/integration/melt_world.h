@@ -15,14 +15,14 @@ namespace trammel::test {
 /// Describes where a line is printed how fast, and where it is read.
 struct MeltLine {
   double length_mm = 25;
-  double first_share = 0.16;  ///< of the line, at slow_mm_s …
+  double first_share = 0.16;  ///< share of the line at slow_mm_s …
   double fast_share = 0.6;    ///< … and behind it at fast_mm_s; the rest slowly again
   double slow_mm_s = 10;
   double fast_mm_s = 150;
   double acceleration_mm_s2 = 3000;
   double smooth_time_s = 0.04;
   double left_out_mm = 0.8;  ///< at both ends
-  double reading_mm = 0.67;  ///< from one reading to the next
+  double reading_mm = 0.67;  ///< reading interval
 };
 
 enum class MeltNoise { kEven, kWithTheArea, kHeavyTails };
@@ -33,7 +33,7 @@ struct MeltWorld {
   double swell = 0;               ///< area read beyond the filament's at the fast flow; ~ its root
   double lag_scatter_s = 0.0015;  ///< 1 sigma from line to line
   bool lag_tails = false;         ///< Student's t of 3 degrees of freedom, else normal
-  double viscosity_drift = 0;     ///< from the first line to the last, relative
+  double viscosity_drift = 0;     ///< first line to last, relative
   double flow_scatter = 0.015;    ///< 1 sigma from line to line, relative
   double flow_noise = 0.01;       ///< 1 sigma along a line, relative, over flow_noise_length_mm
   double flow_noise_length_mm = 1.5;
@@ -56,7 +56,7 @@ struct MeltWorld {
 /// behind the deceleration sum to zero, each for as long as the line lasts.
 [[nodiscard]] double LinePressureAdvance(const MeltWorld& world);
 
-/// What one pattern laid, without noise; areas are over the nominal one, kBin_mm apart.
+/// Areas laid by one pattern, without noise, relative to the nominal one, kBin_mm apart.
 struct MeltPrint {
   std::vector<std::vector<double>> area;     ///< per line, as filament was laid
   std::vector<std::vector<double>> swollen;  ///< per line, as it is read

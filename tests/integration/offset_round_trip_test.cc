@@ -37,7 +37,7 @@ struct Firmware {
 
 class RoundTrip : public testing::TestWithParam<Firmware> {
  protected:
-  // What the machine does for T1 where its offset lives in the tool's own macro.
+  // Macros of the machine for T1, if its offset is in the tool's own macro.
   static sim::SheetMacros Macros(const KeptOffset& kept) {
     const auto macros = sim::ParseSheetMacros(
         fmt::format("[gcode_macro T0]\ngcode:\n  ACTIVATE_EXTRUDER EXTRUDER=extruder\n"

@@ -30,8 +30,7 @@ constexpr int kMachine = 3, kNotTrusted = 2, kUnsafe = 4;
 // T1 keeps this, and lands so far beside; both the rendered sheet's truth.
 constexpr double kKept_x_mm = 0.25, kKept_y_mm = -0.5;
 constexpr double kTruth_x_mm = 0.1, kTruth_y_mm = -0.05;
-// Of a sheet with half of the teeth 95 % err by less than 4 um (docs/howto/tool-offset.md); five
-// times.
+// Five times the 95 % error of a sheet with half of the teeth, 4 um (docs/howto/tool-offset.md).
 constexpr double kNear_mm = 0.02;
 constexpr double kHour_s = 3600;
 
@@ -45,8 +44,8 @@ ShopOptions Changer() {
   return options;
 }
 
-/// How often this was said in the console, or asked in a dialog. What is said is shown on the
-/// display and in the dialog, too, a moment later.
+/// Counts this text in the console, or as a dialog's question. The text also appears on the display
+/// and in the dialog, a moment later.
 int TimesRead(const VirtualKlipper& klipper, const std::string& text) {
   const bool dialog = text.starts_with("TRAMMEL_ASK") || text.starts_with(" MSG=");
   int times = 0;
@@ -362,7 +361,7 @@ TEST_F(OffsetMeasure, WhatCannotBeReadLeavesNoFolderBehind) {
   EXPECT_THAT(printed.standard_output,
               AllOf(HasSubstr("offset start --continue recordings/offset_sheet-1"),
                     Not(HasSubstr("nothing applied"))));
-  Page blank;  // without any sheet on it
+  Page blank;  // no sheet on it
   blank.width = blank.height = 1000;
   blank.samples.assign(1'000'000, 0xF0);
   Store("empty.png", image::PngOf(blank));

@@ -38,8 +38,7 @@ constexpr const char* kKeepThem = "keep them beyond a restart";
 // T1 keeps this, and lands so far beside; both the rendered sheet's truth.
 constexpr double kKept_x_mm = 0.25, kKept_y_mm = -0.5;
 constexpr double kTruth_x_mm = 0.1, kTruth_y_mm = -0.05;
-// Of a sheet with half of the teeth 95 % err by less than 4 um (docs/howto/tool-offset.md); five
-// times.
+// Five times the 95 % error of a sheet with half of the teeth, 4 um (docs/howto/tool-offset.md).
 constexpr double kNear_mm = 0.02;
 
 sim::KlipperConfig ToolChanger() {
@@ -369,7 +368,7 @@ TEST_F(OffsetStart, AStopWhileTheSecondToolDrawsLeavesItsOffsetInForceAndAllCold
     EXPECT_GT(klipper.commanded_mm[2], 40);
     EXPECT_TRUE(klipper.files().empty());
   });
-  // What was printed of it cannot be gone on with.
+  // An interrupted print cannot be continued.
   const ProcessEnd on = Start({"--continue", "rec"}, {})->Wait(kEnough_s);
   EXPECT_EQ(on.exit_code, kMachine);
   EXPECT_THAT(on.standard_error,
@@ -504,7 +503,7 @@ TEST_F(OffsetStart, NothingHeatsWithoutAMaterialAndAPlaceBeyondReachIsRefused) {
           ->Wait(kEnough_s);
   EXPECT_EQ(hot.exit_code, kUnsafe) << hot.standard_error;
   EXPECT_EQ(Moves(), 0U);
-  // At a terminal it asks.
+  // A terminal shows a prompt.
   const auto process = StartNew({"--config", "bare.toml"});
   Await("which material is loaded", *process);
   process->Type("chewing gum");

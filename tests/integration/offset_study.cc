@@ -30,7 +30,7 @@ using test::SeedsOfStudy;
 /// Answers further off are of another place: legs are 0.75 mm apart. A coarse interval may hold
 /// two.
 constexpr double kWrong_mm = 0.5;
-constexpr int kReference = 0;  ///< on our own sheets
+constexpr int kReference = 0;  ///< on trammel's own sheets
 
 std::uint64_t SeedOf(int row, int sheet) {
   constexpr int kSeedsPerRow = 1000;
@@ -107,7 +107,7 @@ void PrintHead() {
 /// A kind of world, and how often it is looked at.
 struct Row {
   std::string name;
-  std::vector<PatternFile> patterns;  ///< in turn
+  std::vector<PatternFile> patterns;  ///< used in turn
   int reference = kReference;
   std::function<void(Random&, sim::SheetMachine&, sim::SheetPaper&)> machine = {};
   std::function<void(int sheet, sim::ScannerTraits&)> scanner = {};
@@ -139,7 +139,7 @@ void ExpectCovered(const Tally& tally) {
   EXPECT_NEAR(tally.Coverage(), 0.95, 0.02 + 2 * chance);
 }
 
-/// Of the values of one sheet some are off together: four standard errors of the mean.
+/// Values of one sheet are partly correlated: allows four standard errors of the mean.
 void ExpectUnbiased(const Tally& tally) {
   double squares = 0;
   for (const double um : tally.error_um) squares += um * um;
@@ -157,7 +157,7 @@ void ExpectGood(const Answers& answers, double most_um) {
   ExpectUnbiased(answers.fine);
 }
 
-/// Without the errors that no sheet can show: periodic ones of motors, pulleys and the scan bar.
+/// Removes the errors that no sheet can show: periodic ones of motors, pulleys and the scan bar.
 void Steady(Random&, sim::SheetMachine& machine, sim::SheetPaper&) {
   machine.motor = machine.pulley = {};
 }
@@ -199,8 +199,8 @@ std::vector<PatternFile> Originals(bool with_control) {
   return patterns;
 }
 
-// With 5 um of placement and 3.3 um of rough edges a leg, 2.0 um is the floor of 95 % of one of our
-// sheets. On an original one the control's own scatter comes on top.
+// With 5 um of placement and 3.3 um of rough edges a leg, 2.0 um is the 95 % floor of our sheets.
+// On an original one the control's own scatter is added.
 TEST(OffsetStudy, IntervalsOfScansCoverOffsetsAndBacklash) {
   PrintHead();
   const int sheets = SeedsOfStudy(100).count;

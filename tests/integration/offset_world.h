@@ -49,7 +49,7 @@ struct Tally {
 
   void Add(const Measured& measured, double truth_mm);
   [[nodiscard]] double Mean() const;
-  [[nodiscard]] double Quantile(double share) const;  ///< of the errors without sign
+  [[nodiscard]] double Quantile(double share) const;  ///< of the absolute errors
   [[nodiscard]] double Coverage() const;
   [[nodiscard]] double MeanHalfWidth_um() const;
 };

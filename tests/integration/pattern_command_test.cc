@@ -134,7 +134,7 @@ TEST(PatternCommand, NamesTheCommandThatMeasuresIt) {
               HasSubstr("trammel offset analyze SCAN --pattern d.gcode --result"));
 }
 
-// As TRAMMEL_PA FILAMENT="…" does, whose job is a pa calibrate.
+// Given TRAMMEL_PA FILAMENT="…", whose job is a pa calibrate.
 TEST(CalibrateCommand, AFilamentIsHeatedAsTheMaterialInItsName) {
   const TemporaryFolder folder;
   WriteWhole(folder.path() / "trammel.toml", "[filament]\nmaterial = \"pla\"\n");

@@ -135,7 +135,7 @@ TEST_F(PhotoPath, APatternIsPrintedAndMeasuredWithoutALaser) {
   EXPECT_EQ(again.exit_code, 1);
   EXPECT_THAT(again.standard_error, HasSubstr("was measured before"));
   ExpectTruth("recordings/again", {"--file", "IMG 1.jpg"});
-  // Its values are those of its plan, and nobody knows them without.
+  // Its values are only in its plan.
   std::filesystem::rename(shop_.folder() / "printed", shop_.folder() / "elsewhere");
   const ProcessEnd lost = Run({"pa", "photo", "--file", "IMG 1.jpg"});
   EXPECT_EQ(lost.exit_code, 1);
@@ -198,7 +198,7 @@ TEST_F(PhotoPath, WhatIsNoPhotoOfThePatternIsRefusedByItsCause) {
               AllOf(HasSubstr("two?lines?.jpg: a file with"), HasSubstr("rename it")));
 }
 
-// How often the printer read a line with this in it.
+// Counts the lines with this text that the printer read.
 int TimesRead(const sim::VirtualKlipper& klipper, const std::string& text) {
   int times = 0;
   for (const sim::ReadLine& line : klipper.history().lines) {
@@ -235,7 +235,7 @@ TEST_F(PhotoPath, AServiceLeadsFromThePatternToTheAnswer) {
   }
   ASSERT_FALSE(run.empty());
   Upload("phone.jpg", PhotoOf(run));
-  ask("TRAMMEL_PA_PHOTO", "BUTTONS=use");  // what was printed is noted
+  ask("TRAMMEL_PA_PHOTO", "BUTTONS=use");  // the printed pattern is recorded
   ask("TRAMMEL_APPLY", "kept for generic_pla on extruder/0.40");
   EXPECT_NEAR(shop_.Look().settings.at("pressure advance"), kPhotoTruth_s, 0.005);
   service.Send(SIGTERM);

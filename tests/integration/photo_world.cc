@@ -15,7 +15,7 @@ sim::PhoneTraits TakenAgain(const sim::PrintedSheet& sheet, const sim::PhoneTrai
                             Random random) {
   const sim::PhoneTraits other = sim::DrawPhone(sheet, random);
   sim::PhoneTraits again = phone;
-  // As large in the picture as the other one.
+  // Same size in the picture as the other one.
   again.distance_mm =
       other.distance_mm / other.focal_px * other.width_px * phone.focal_px / phone.width_px;
   again.turn_rad = phone.turn_rad + (phone.turn_rad > 0 ? -1 : 1) * std::numbers::pi;

@@ -32,27 +32,27 @@ struct PlainWorld {
 /// Coded spots by their codes, all others as plain points.
 [[nodiscard]] part_alignment::SurveyInput PlainInput(const PlainWorld& world);
 
-/// What was made of a network. A plain target counts as *shown* where four pictures or more have it
-/// alone and two of their lines of sight are 15 degrees apart; without that no method can give it
-/// and know how well. It does not count where it moved.
+/// Results of a network. A plain target counts as *shown* if four pictures or more show it alone
+/// and two of their lines of sight are 15 degrees apart; otherwise no method can locate it with a
+/// known uncertainty. It does not count if it moved.
 struct PlainCounts {
   int shown = 0;
-  int found = 0;        ///< of those
-  int pairs_shown = 0;  ///< of the shown those within 10 mm of another
+  int found = 0;        ///< of these
+  int pairs_shown = 0;  ///< of the shown, those within 10 mm of another
   int pairs_found = 0;
   int beyond = 0;       ///< given besides, of fewer pictures
   int given = 0;        ///< plain ones, all
   int twice = 0;        ///< given again where a target is given already
-  int coded_again = 0;  ///< of those: where a coded one is
+  int coded_again = 0;  ///< of these: at a coded target's place
   int astray = 0;       ///< farther from every true place than 5 of its sigmas
-  int between = 0;      ///< of those: within a pair
-  int on_screws = 0;    ///< of those: within 8 mm of a screw
-  int moved_given = 0;  ///< where the moved target was, then or later
-  double nees = 0;      ///< of the plain ones found, by the full covariance
+  int between = 0;      ///< of these: between two of a pair
+  int on_screws = 0;    ///< of these: within 8 mm of a screw
+  int moved_given = 0;  ///< at the moved target's place, then or later
+  double nees = 0;      ///< plain targets found, by the full covariance
   int freedom = 0;
   double coded_nees = 0;
   int coded_freedom = 0;
-  double squares_mm2 = 0;  ///< of all coordinates of the found
+  double squares_mm2 = 0;  ///< sum over all coordinates found
   double stated_mm2 = 0;
   double worst_mm = 0;
   int coordinates = 0;

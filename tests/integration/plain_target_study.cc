@@ -1,5 +1,5 @@
-// How many plain targets a survey gives, how many that are none, and whether their covariance tells
-// how far off they are. Prints the tables that docs/howto/part-alignment-survey.md quotes.
+// Counts the plain targets that a survey finds, and the false ones, and compares their errors with
+// their covariance. Prints the tables that docs/howto/part-alignment-survey.md quotes.
 //
 // TRAMMEL_STUDY_SEEDS: networks of a row, 20 without it.
 #include <fmt/format.h>
@@ -19,7 +19,7 @@ namespace trammel {
 namespace {
 
 constexpr int kReportedNetworks = 20;
-constexpr double kLeastFound = 0.98;  // of those shown
+constexpr double kLeastFound = 0.98;  // share of those shown
 
 std::uint64_t Networks() { return test::WorldsOfStudy(kReportedNetworks); }
 std::uint64_t FirstSeed() { return test::FirstSeedOfStudy(); }

@@ -11,7 +11,7 @@
 
 namespace trammel::test {
 
-/// At most `width` at a time.
+/// Runs at most `width` at a time.
 class SideBySide {
  public:
   static constexpr int kMost = 16;

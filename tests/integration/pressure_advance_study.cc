@@ -83,7 +83,7 @@ struct Sight {
   enum { kSilent, kEither, kMostlyNamed } named = kEither;
 };
 
-/// What a scan read over what was there: of each line the median.
+/// Readings of a scan relative to the truth: each line's median.
 struct Readings {
   std::vector<double> areas, heights;
 };
@@ -246,8 +246,8 @@ struct LawRow {
   ExtruderWorld world;
   int lines = 10;
   Interval range_s = kTested_s;
-  Interval part{0.25, 0.75};                         ///< of the range, where the lag is drawn
-  std::optional<Interval> exponents = std::nullopt;  ///< of the power laws that are drawn
+  Interval part{0.25, 0.75};                         ///< of the range, to draw the lag
+  std::optional<Interval> exponents = std::nullopt;  ///< range of the drawn power laws
   double least_answered = 0.9;                       ///< share of the patterns
   double least_held = 0.88;                          ///< share of the answers
 };
@@ -293,7 +293,7 @@ std::vector<LawRow> LawRows() {
   add("20/100 mm/s", [](LawRow& row) { row.world.slow_mm_s = 20, row.world.fast_mm_s = 100; });
   add("10/200 mm/s, 4000 mm/s^2", [](LawRow& row) {
     row.world.slow_mm_s = 10, row.world.fast_mm_s = 200;
-    row.world.acceleration_mm_s2 = 4000;  // at 3000 no steady stretch is left
+    row.world.acceleration_mm_s2 = 4000;  // at 3000 there is no steady segment
   });
   add("100 mm/s, 1500 mm/s^2",
       [](LawRow& row) { row.world.fast_mm_s = 100, row.world.acceleration_mm_s2 = 1500; });
@@ -355,7 +355,7 @@ StudyAnswer PrintAndFit(const LawRow& row, std::uint64_t seed, bool photo = fals
 }
 
 TEST(PressureAdvanceStudy, LawsThatItWasNotBuiltOnLieInTheInterval) {
-  constexpr int kEnough = 200;  // of which a share of 0.95 is known to 0.015 (1 sigma)
+  constexpr int kEnough = 200;  // determines a share of 0.95 to 0.015 (1 sigma)
   const StudySeeds seeds = SeedsOfStudy(kEnough);
   PrintStudyHead("ms");
   StudyTally all;
@@ -398,8 +398,8 @@ TEST(PressureAdvanceStudy, NothingBeyondTheTestedRangeIsAnswered) {
 
 // Melts by another author.
 
-// Where the melt remembers longer than a line takes, no one value is right for long and for short
-// stretches: the truth is what lies between.
+// If the melt's memory is longer than a line takes, no one value is right for long and for short
+// stretches: the truth is the range between.
 StudyAnswer PrintAndFit(MeltWorld world, std::uint64_t seed) {
   Random random(seed);
   world.pressure_advance_s = Values(kTested_s, 10);

@@ -26,7 +26,7 @@ const T& OneOf(Random& random, const std::vector<T>& values) {
 /// A printer, what it tells, and what a user sets.
 struct Draw {
   ModelPrinter printer;
-  /// In what it tells: a place, and what is there instead; null erases it.
+  /// Changes of its report: a place, and its new value; null erases it.
   std::vector<std::pair<nlohmann::json::json_pointer, nlohmann::json>> instead;
   std::vector<std::string> settings;  ///< key=value
 
@@ -36,7 +36,7 @@ struct Draw {
 
 struct Fact {
   std::string name;
-  /// Of which a refusal has to name one.
+  /// Words of which a refusal must contain one.
   std::vector<std::string> words;
   /// Draws it anew. @returns what it is now
   std::function<std::string(Random&, Draw&)> change;
@@ -45,7 +45,7 @@ struct Fact {
 /// Every fact, each over all values that a printer may have and some that none has.
 [[nodiscard]] std::vector<Fact> AllFacts();
 
-/// Whether one fact hides another: what is not told cannot be known.
+/// True if one fact hides another: a fact that is not reported is unknown.
 [[nodiscard]] bool Hides(const std::string& hiding, const std::string& hidden);
 
 /// None, one or two settings as a user sets them: key=value.

@@ -1,5 +1,5 @@
-// What the printer states of itself against what a print takes for granted: each command that
-// prints or sets, on the virtual printer.
+// Printer's own reports against a print's requirements: each command that prints or sets, on the
+// virtual printer.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -34,7 +34,7 @@ class PrinterFacts : public ::testing::Test {
     words.insert(words.end(), {"--printer", shop_.address()});
     return shop_.Run(words);
   }
-  /// That the command ends before anything is heated, moved or changed, for this cause.
+  /// Checks that the command ends before any heating, motion or change, for this cause.
   void ExpectRefused(const std::vector<std::string>& words, const std::string& cause) const {
     const PrinterLook before = shop_.Look();
     const ProcessEnd end = Run(words);

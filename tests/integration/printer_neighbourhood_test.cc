@@ -40,7 +40,7 @@ Config Configured(const std::vector<std::string>& settings) {
   return config;
 }
 
-/// What `pa print --photo` does before anything moves.
+/// Outcome of `pa print --photo` before anything moves.
 struct Asked {
   std::string refusal;  ///< empty: it prints
   bool adapted = false;
@@ -88,7 +88,7 @@ double PlannedSpeed_mm_s(const pressure_advance::PatternConfig& config, double a
 
 /// A caliper's value that a user sets holds where filament of the printer's diameter may have it.
 double TrueFilament_mm(const ModelExtruder& extruder, const Config& config) {
-  constexpr double kTolerance_mm = 0.05;  // of filament, as it is sold
+  constexpr double kTolerance_mm = 0.05;  // tolerance of commercial filament
   const double set_mm = config.pattern.filament_diameter_mm;
   const bool measured = config.IsSet("filament.filament_diameter") &&
                         std::abs(set_mm - extruder.filament_diameter_mm) <= kTolerance_mm + 1e-9;
@@ -96,8 +96,8 @@ double TrueFilament_mm(const ModelExtruder& extruder, const Config& config) {
 }
 
 std::string FindWrongSpeed(const ModelLine& line, const pressure_advance::PatternConfig& config) {
-  constexpr double kShare = 2e-4;         // of the square of a speed: limits have four digits
-  constexpr double kRounding_mm = 0.002;  // of the place: a file has three digits
+  constexpr double kShare = 2e-4;         // of the squared speed: limits have four digits
+  constexpr double kRounding_mm = 0.002;  // of the position: files have three digits
   if (std::abs(line.Length_mm() - config.line_length_mm) > 0.01) {
     return fmt::format("a line of {:.3f} mm", line.Length_mm());
   }
@@ -142,7 +142,7 @@ std::string FindWrongAdvance(const ModelLine& line, const ModelPrinter& printer,
   return pushing > 0 ? "" : "no motor pushes the filament";
 }
 
-/// What is wrong with a print of these settings; empty: nothing.
+/// Returns the fault of a print with these settings; empty: none.
 std::string FindWrong(const ModelPrinter& printer, const Config& config) {
   const auto& pattern = config.pattern;
   const ModelExtruder& extruder = printer.extruders.at(printer.active);
@@ -207,7 +207,7 @@ class Study {
     const ModelPrinter base = OneOf(random, printers_);
     Draw draw;
     draw.printer = base;
-    // What a user sets against the printer as it is, is no fact's affair.
+    // A user's settings that contradict the unchanged printer are no fact's fault.
     for (int tries = 0; tries < 20; ++tries) {
       draw.settings = DrawSettings(random);
       const Asked usual = AskForPrint(ToldBy(base), draw.settings);

@@ -159,7 +159,7 @@ RealLinuxCnc::RealLinuxCnc() {
 
 RealLinuxCnc::~RealLinuxCnc() {
   if (pid_ <= 0) return;
-  // Its script waits for the screen to end, and clears up behind it.
+  // Its script waits for the screen to end, and cleans up after it.
   AskScreen("quit");
   constexpr double kLook_s = 0.1;
   constexpr double kEnd_s = 20;

@@ -12,7 +12,8 @@ namespace trammel::test {
 /// One LinuxCNC with a scripted screen.
 class RealLinuxCnc {
  public:
-  /// Why it cannot run here; empty where it can. Only one LinuxCNC runs on a computer at a time.
+  /// Returns why it cannot run here; empty if it can. Only one LinuxCNC runs on a computer at a
+  /// time.
   [[nodiscard]] static std::string WhyNot();
 
   /// Puts this process, and what it starts from now on, into a network of its own with a loopback;
@@ -29,9 +30,9 @@ class RealLinuxCnc {
   [[nodiscard]] bool up() const { return up_; }
   /// Asks its screen (linuxcnc_screen.py) to do something, and does not wait for it.
   void AskScreen(const std::string& words) const;
-  /// What the screen has to tell of it, in JSON; empty after twenty seconds.
+  /// Returns the screen's report on it, in JSON; empty after twenty seconds.
   [[nodiscard]] std::string ScreenTells() const;
-  /// What it wrote to its terminal.
+  /// Returns its output on its terminal.
   [[nodiscard]] std::string log() const;
 
  private:

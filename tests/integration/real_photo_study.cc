@@ -25,9 +25,9 @@ namespace fs = std::filesystem;
 // is itself uncertain by some per cent.
 constexpr double kLeastU = 0.9;
 
-// Of 160. Turned in its place by 90 degrees a photo shows its middle rows 420 to 1499 alone. Of
-// three photos these hold neither end of the pattern (17, 18 and 17 of 21 lines whole): which lines
-// they are cannot be told, in 6 pictures. The others' answers may lie half a step off by chance.
+// Minimum of 160. Turned in its place by 90 degrees a photo shows only its middle rows 420 to 1499.
+// In three photos these contain neither end of the pattern (17, 18 and 17 of 21 lines whole): the
+// lines are ambiguous, in 6 pictures. The others' answers may be half a step off by chance.
 constexpr int kFewestRight = 150;
 
 Measured AnswerOf(const cv::Mat& picture) {

@@ -39,7 +39,7 @@ using test::kPhotoLines;
 using test::kPhotos;
 using test::kPhotoStep_s;
 
-// What all four were printed with: kPhotoLines values, kPhotoStep_s apart.
+// Values of all four prints: kPhotoLines values, kPhotoStep_s apart.
 constexpr const char* kLabels = "--pa 0:0.1:0.005";
 using test::RealPhoto;
 
@@ -137,7 +137,7 @@ TEST_P(RealPhotosWithFewerLines, AnswerStaysWithoutAnyThreeLines) {
     }
     const Measured answer = Again(analysis, profiles);
     const std::string dropped = ::testing::PrintToString(triple);
-    // Where an accepted line is the first that is left, the answer may lie below.
+    // If an accepted line is the first remaining one, the answer may be below.
     if (!answer.good() && FromAccepted(GetParam(), profiles.front().pressure_advance_s) < 1e-9) {
       EXPECT_THAT(answer.reason(), ::testing::HasSubstr("may lie below the tested range"));
       continue;
@@ -166,7 +166,7 @@ TEST_P(RealPhotos, AnswerIsRightHoweverThePhotoWasTaken) {
   }
 }
 
-// Of 0 … 255, over all channels of all pixels.
+// Computes the mean over all channels of all pixels, 0 … 255.
 double MeanDifference(const cv::Mat& a, const cv::Mat& b) {
   if (a.size() != b.size() || a.empty()) return 255;
   return cv::norm(a, b, cv::NORM_L1) / (3.0 * static_cast<double>(a.total()));

@@ -51,7 +51,7 @@ std::vector<std::string> SetupArguments(const MachineShop& shop,
 }
 
 std::vector<SetupError> SetupErrors(const nlohmann::json& answer, const SetupTruth& truth) {
-  // From the nominal spot to the one that was measured, on the plate.
+  // Offset from the nominal spot to the measured one, on the plate.
   const double right =
       (answer["spot_px"][0].get<double>() - truth.spot_column_px) / truth.px_per_mm;
   const double up = -(answer["spot_px"][1].get<double>() - truth.spot_row_px) / truth.px_per_mm;

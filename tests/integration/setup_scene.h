@@ -11,15 +11,15 @@
 
 namespace trammel::test {
 
-/// How laser and camera really sit, as `trammel pa setup` names it.
+/// True mounting of laser and camera, in the terms of `trammel pa setup`.
 struct SetupTruth {
-  double offset_x_mm = 0;  ///< to the spot at the nominal row of the picture
+  double offset_x_mm = 0;  ///< to the spot at the picture's nominal row
   double offset_y_mm = 0;
-  double spot_column_px = 0;  ///< of that place in the whole picture
+  double spot_column_px = 0;  ///< that spot in the whole picture
   double spot_row_px = 0;
   double focus_height_mm = 0;
   double px_per_mm = 0;    ///< at that height
-  double distance_mm = 0;  ///< from the lens to the plate, at that height
+  double distance_mm = 0;  ///< lens to plate, at that height
   double rotation_deg = 0;
   double laser_turn_deg = 0;
   double laser_sheet_deg = 0;
@@ -41,7 +41,7 @@ struct SetupError {
   std::string name;
   double error = 0;
   double standard_uncertainty = 0;
-  bool covered = false;  ///< by the 95 % interval
+  bool covered = false;  ///< true if in the 95 % interval
 };
 
 /// Offsets, focus, scale (relative), rotation and the laser's turn and angle. The offsets count

@@ -1,5 +1,5 @@
-// How far trammel pa setup is off on virtual printers whose heads are built as their seeds say, and
-// how often its intervals hold the truth.
+// Measures the errors of trammel pa setup on virtual printers whose heads are drawn by seed, and
+// the coverage of its intervals.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
-// How well surveys of a part of 2 m do over networks drawn anew, and whether their covariance tells
-// it. Prints the tables that docs/howto/part-alignment-survey.md quotes.
+// Measures the errors of surveys of a part of 2 m over networks drawn anew, and compares them with
+// the covariance. Prints the tables that docs/howto/part-alignment-survey.md quotes.
 //
 // TRAMMEL_STUDY_SEEDS: networks of a row, 40 without it.
 #include <fmt/format.h>
@@ -35,7 +35,7 @@ struct Row {
   int outliers = 0;
   double squares_mm2 = 0;
   double stated_mm2 = 0;
-  double worst_mm = 0;  ///< of all coordinates
+  double worst_mm = 0;  ///< maximum over all coordinates
   int nees_within = 0;  ///< networks within their 95 % interval
   double nees = 0;
   double freedom = 0;

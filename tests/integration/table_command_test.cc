@@ -73,7 +73,7 @@ TEST_F(TableCommand, PutsCalibrationsBesideOneAnotherAndIntoASlicersProfile) {
   EXPECT_FALSE(std::filesystem::exists(folder_.path() / "other.json"));
 }
 
-// What is stored grows as the square root of flow: K = c / (sqrt(fast) + sqrt(slow)).
+// Given storage that grows as the square root of flow: K = c / (sqrt(fast) + sqrt(slow)).
 TEST_F(TableCommand, SaysTheLawOfFlowAndWhatFirmwareWithSuchALawIsToBeTold) {
   Calibrated("a", 60, 3000, 0.05220);
   Calibrated("b", 100, 3000, 0.04257);
@@ -89,7 +89,7 @@ TEST_F(TableCommand, SaysTheLawOfFlowAndWhatFirmwareWithSuchALawIsToBeTold) {
   EXPECT_TRUE(table["bends"]);
   EXPECT_NEAR(table["exponent"]["value"].get<double>(), 0.5, 0.01);
   const auto& law = table["firmware_law"];
-  // As Kalico's extruder has it, in mm of another filament: thicker, so that it moves slower.
+  // Parameters of Kalico's extruder, in mm of another filament: thicker, so that it moves slower.
   EXPECT_GT(law["offset_mm3"].get<double>(), 0);
   const double area_mm2 = 2.85 * 2.85 * 0.7853982;
   EXPECT_THAT(Run("a b c --filament-diameter 2.85").output,

@@ -34,7 +34,7 @@ ShopOptions WithLoadCell() {
   return options;
 }
 
-/// When the printer first read a line with this in it.
+/// Returns when the printer first read a line with this text.
 std::optional<double> WhenRead(const sim::VirtualKlipper& klipper, const std::string& text) {
   for (const sim::ReadLine& line : klipper.history().lines) {
     if (line.text.find(text) != std::string::npos) return line.time_s;
@@ -135,7 +135,7 @@ TEST_F(TapAnswer, ARefusalIsHandedBackWithoutAHeightAndTheMacroFails) {
   Start(options);
   Watch();
   ASSERT_EQ(Tap().at("VERDICT"), "good");
-  // From now on it never lets go of the bed: the height of before would be the wrong answer.
+  // From now on the contact never ends: the earlier height would be the wrong answer.
   shop_->Script("G1 Z1 F600");
   const auto told = Tap("RISE=0.03");
   EXPECT_EQ(told.at("VERDICT"), "refused");

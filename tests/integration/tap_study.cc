@@ -25,14 +25,14 @@ namespace {
 constexpr double kUmPerMm = 1e3;
 constexpr double kMostOfBound = 1.15;
 constexpr double kMostBiasUm = 0.30;
-constexpr double kMostBiasOfBound = 0.30;  // where the bound is no better than 1 um
-constexpr double kBiasDeviations = 3;      // of the mean of so many taps
+constexpr double kMostBiasOfBound = 0.30;  // if the bound is no better than 1 um
+constexpr double kBiasDeviations = 3;      // standard errors of the mean
 constexpr double kMostRefused = 0.05;
 constexpr double kMostRefusedOfModelled = 0.02;
 constexpr double kMostCoverageOfModelled = 0.98;  // wider intervals would be of less use
-constexpr double kLeastRefused = 0.95;            // of faults
+constexpr double kLeastRefused = 0.95;            // share of faults
 constexpr double kStated = 0.95;
-constexpr double kOfDrawn = 0.92;    // of any printer: toes, and quiet cells whose press yields
+constexpr double kOfDrawn = 0.92;    // any printer: toes, and quiet cells whose press yields
 constexpr std::size_t kFewest = 10;  // good taps that are judged
 
 /// 2.9 standard deviations of a share less than it: 93 % of 1000 where 95 % are stated.
@@ -43,7 +43,7 @@ double LeastCoverage(double share, std::size_t good) {
 /// Cramer-Rao bound of the break: break, sloped baseline and quadratic press, white noise.
 /// @param heights_mm  Of the samples above the contact.
 double BoundUm(const std::vector<double>& heights_mm, const TapWorld& world) {
-  constexpr double kStepMm = 1e-7;  // of the law's slope by a central difference
+  constexpr double kStepMm = 1e-7;  // central difference for the law's slope
   constexpr double kUnitMm = 0.01;  // keeps the matrix well conditioned
   const sim::ContactLaw& law = world.cell.press.law;
   Eigen::Matrix<double, 5, 5> fisher = Eigen::Matrix<double, 5, 5>::Zero();
@@ -63,7 +63,7 @@ double BoundUm(const std::vector<double>& heights_mm, const TapWorld& world) {
 }
 
 struct Answers {
-  std::vector<double> error_um;  ///< Of each good tap.
+  std::vector<double> error_um;  ///< per good tap
   std::vector<double> half_width_um;
   int covered = 0;
   int between = 0;  ///< Intervals that reach between the touch and the end of a soft toe.

@@ -12,7 +12,7 @@ using sim::CellTraits;
 using sim::ContactKind;
 using sim::DisturbanceTraits;
 
-constexpr double kMm = 1e-3;  // of a micrometre
+constexpr double kMm = 1e-3;  // per micrometre
 
 /// A group under construction.
 struct Group {
@@ -179,7 +179,7 @@ TapWorlds Stamps() {
   for (const double ms : {1.0, -5.0, 20.0}) {
     sim::SampleFaults& faults =
         g.Cell(fmt::format("clock steps {} ms", ms), Promise::kMayRefuse).faults;
-    faults.clock_step_at_s = 0.66;  // in the middle of the release
+    faults.clock_step_at_s = 0.66;  // amid the release
     faults.clock_step_s = ms * 1e-3;
   }
   CellTraits& minus_one = g.Cell("2 % -1 frames", Promise::kMayRefuse);

@@ -10,7 +10,7 @@
 
 namespace trammel {
 
-/// What the contact method promises of a world's taps.
+/// Guarantee of the contact method for a world's taps.
 enum class Promise {
   kUnbiased,   ///< read, without bias: a press that the method models, and white noise
   kCovered,    ///< read, with the bias within the interval

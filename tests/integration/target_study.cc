@@ -36,8 +36,8 @@ struct Condition {
   double noise = 1;
   Look look;
   int bits = 14;
-  /// Of the picture, which is cut there: how far the target's middle stands from its border, in
-  /// radii; 0: the whole target is in it.
+  /// Distance of the target's middle from the border of the picture, which cuts it, in radii; 0:
+  /// the whole target is in it.
   double border_radii = 0;
   double gloss_grey = 0;   ///< a lamp's image somewhere about the disc's edge
   double shadow_left = 1;  ///< a shadow's edge somewhere across the disc
@@ -51,14 +51,14 @@ struct Tally {
   int shown = 0;
   int read = 0;
   int wrong = 0;
-  double squares = 0;    ///< of the middle's errors, per axis
+  double squares = 0;    ///< squared errors of the centre, per axis
   double bound = 0;      ///< Cramér and Rao's, squared
   double in_sigmas = 0;  ///< squares of errors in stated sigmas, per axis
   double worst_sigmas = 0;
   std::map<std::string, int> reasons;
 };
 
-/// What no unbiased estimate is better than: of the disc alone, everything else known.
+/// Computes the lower bound of every unbiased estimate: of the disc alone, all else known.
 double BoundSquared(const DrawnTarget& target, const Condition& condition, int side) {
   constexpr double kStep_px = 0.05;
   DrawnTarget ahead = target;
@@ -187,7 +187,7 @@ TEST(TargetStudy, ObliqueAndNear) {
     for (const double tilt_deg : {0.0, 10.0, 20.0, 30.0, 40.0, 50.0, 60.0, 65.0, 70.0}) {
       Condition condition;
       condition.view.distance = distance;
-      if (distance <= 300) condition.view.focal_px = 1400;  // of a smaller picture, as steep
+      if (distance <= 300) condition.view.focal_px = 1400;  // smaller picture at the same angle
       condition.view.tilt_rad = tilt_deg * std::numbers::pi / 180;
       const Tally tally = Row(fmt::format("{} mm, {} deg", distance, tilt_deg), condition);
       if (tilt_deg > 60 || distance < 300) continue;

@@ -1,4 +1,4 @@
-// What `trammel pa analyze` says, held to its promises.
+// Checks of `trammel pa analyze` against its guarantees.
 #pragma once
 
 #include <filesystem>

@@ -9,7 +9,7 @@
 namespace trammel::test_support {
 namespace {
 
-constexpr double kStart_s = 100;  // of the recording: a printer's clock does not start at zero
+constexpr double kStart_s = 100;  // of the recording: printer clocks do not start at zero
 
 struct Schedule {
   double halt_s, pull_back_s, cruise_s, cruise_end_s, end_s;
@@ -80,7 +80,7 @@ double FreeForce(const TapDrawing& drawing, const Schedule& plan, double time_s)
   force_g += drawing.hum_g * std::sin(2 * std::numbers::pi * drawing.hum_hz * time_s);
   if (time_s >= plan.pull_back_s) {
     force_g += drawing.step_g;
-    // As long as a drive and its frame take to settle: some ten milliseconds.
+    // Settling time of a drive and its frame: some ten milliseconds.
     const double since_s = time_s - plan.pull_back_s;
     force_g += drawing.onset_ring_g * std::exp(-since_s / 0.008) * std::sin(since_s / 0.003);
   }

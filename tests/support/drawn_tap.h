@@ -22,7 +22,7 @@ struct TapDrawing {
   double noise_g = 2;
   double stiffness_g_mm = 3500;
   double depth_mm = 0.045;
-  double sign = 1;       ///< Of a press.
+  double sign = 1;       ///< sign of the press
   double tare_g = 0;     ///< The free nozzle's force.
   double curvature = 0;  ///< Force = stiffness d (1 + curvature d / depth).
   double approach_mm_s = 2;
@@ -44,7 +44,7 @@ struct TapDrawing {
   double plastic_g = 0;         ///< … and pushes with this force when the bed is reached.
   double pull_g = 0;            ///< Ooze pulls after the break …
   double pull_mm = 0.02;        ///< … over this way.
-  double step_g = 0;            ///< By which the free nozzle's force is higher after the press.
+  double step_g = 0;            ///< increase of the free nozzle's force after the press
   double impulse_g = 0;         ///< Instead of a press: an impulse of 20 ms at the halt.
   bool no_contact = false;      ///< The bed is not there.
   double full_scale_g = 1e9;    ///< Forces beyond it are cut off.
@@ -55,7 +55,7 @@ struct DrawnTap {
   std::vector<double> force_g;
   std::vector<DrawnMove> moves;  ///< Six.
   double contact_z_mm = 0;
-  double contact_time_s = 0;  ///< On the pull-back.
+  double contact_time_s = 0;  ///< during the pull-back
 };
 
 /// The contact's height and the samples' phase are drawn from the seed, off any grid.

@@ -27,7 +27,7 @@ struct LagRecording {
   testing::LagLaw law{.linear_s = 0.03};        ///< linear_s is then the right pressure advance
   testing::LagLine line{.step_mm = 1.0 / 4.5};  ///< step_mm is also the sweep's: 6.667 mm/s, 30 / s
   LaserWorld world;
-  double area_mm2 = 0.11;      ///< of the bead at steady flow
+  double area_mm2 = 0.11;      ///< bead area at steady flow
   double line_start_mm = 4;    ///< also left out at the line's end
   double flow_scatter = 0.01;  ///< 1 sigma from line to line, relative
   std::uint64_t seed = 1;

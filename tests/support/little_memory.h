@@ -14,11 +14,11 @@
 namespace trammel::test {
 
 struct LittleMemory {
-  unsigned long long bytes = 300ULL << 20U;  ///< of addresses, beside what this process has
-  unsigned seconds = 20;                     ///< of computing
+  unsigned long long bytes = 300ULL << 20U;  ///< address space, in addition to this process's own
+  unsigned seconds = 20;                     ///< CPU time
 };
 
-/// What `work` returns; "died" where the process did not live to tell.
+/// Returns the result of `work`; "died" if the process did not survive.
 inline std::string WithLittleMemory(const std::function<std::string()>& work,
                                     const LittleMemory& limits = {}) {
   std::array<int, 2> ends{};

@@ -7,8 +7,8 @@
 namespace trammel::support {
 namespace {
 
-/// How much of a pixel lies on the inner side of an edge that is `distance_px` away from its centre
-/// (positive: the centre is inside).
+/// Fraction of a pixel on the inner side of an edge at `distance_px` from its centre (positive: the
+/// centre is inside).
 class Edge {
  public:
   /// @param across_x, across_y  the edge's normal, of length 1.

@@ -1,4 +1,4 @@
-// What phones, lenses, lamps and messengers do to a photo.
+// Distortions of a photo by phones, lenses, lamps and messengers.
 #pragma once
 
 #include <functional>
@@ -19,7 +19,7 @@ struct Distortion {
 /// first leaves it as it is.
 [[nodiscard]] std::vector<Distortion> CommonDistortions();
 
-/// What else is in the picture, and other light: a hand, a second pattern, a bright spot, dusk, a
+/// Lists other objects and light in the picture: a hand, a second pattern, a bright spot, dusk, a
 /// colour cast, a shaken camera, a bent lens. An answer has to be right, a refusal is allowed.
 [[nodiscard]] std::vector<Distortion> Surroundings();
 

@@ -14,7 +14,7 @@ inline constexpr double kPhotoStep_s = 0.005;
 inline constexpr double kHalfStep_s = 0.0025;
 
 struct RealPhoto {
-  const char* name;  ///< of the file, without .jpg
+  const char* name;  ///< file name without .jpg
   double accepted_s[2];
 };
 
@@ -23,7 +23,7 @@ inline constexpr RealPhoto kPhotos[] = {{"black45_lines4-5", {0.015, 0.020}},
                                         {"gray45_lines5-6", {0.020, 0.025}},
                                         {"gray60_lines5-6", {0.020, 0.025}}};
 
-/// How GoogleTest prints one.
+/// Prints a photo for GoogleTest.
 inline void PrintTo(const RealPhoto& photo, std::ostream* out) { *out << photo.name; }
 
 /// Distance of an answer from the nearer accepted line, s.

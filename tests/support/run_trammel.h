@@ -10,13 +10,13 @@ namespace trammel::test {
 
 struct CommandResult {
   int exit_code = -1;           ///< -1 where it did not end by itself
-  std::string standard_output;  ///< what a program behind a pipe would read
+  std::string standard_output;  ///< output as read through a pipe
   std::string standard_error;
   std::string output;  ///< both, standard output first
 };
 
 struct RunLimits {
-  long memory_kb = 0;  ///< of address space; 0: none
+  long memory_kb = 0;  ///< address space; 0: no limit
 };
 
 /// @param arguments  As typed behind `trammel` into a shell; `sim …` runs `trammel-sim …`.

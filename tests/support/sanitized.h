@@ -1,4 +1,4 @@
-// What a build with sanitizers wants otherwise.
+// Allowances for a build with sanitizers.
 #pragma once
 
 namespace trammel::test {
@@ -9,10 +9,10 @@ inline constexpr bool kSanitized = true;
 inline constexpr bool kSanitized = false;
 #endif
 
-/// By which a process may take longer before it counts as stuck.
+/// Factor on a process's time before it counts as stuck.
 inline constexpr double kSanitizerSlowdown = kSanitized ? 5 : 1;
 
-/// By which it may take more memory: shadows, and what was freed is kept for a while.
+/// Factor on its memory: shadows, and freed memory that is retained for a while.
 inline constexpr double kSanitizerMemory = kSanitized ? 3 : 1;
 
 }  // namespace trammel::test

@@ -31,7 +31,7 @@ int Bind(std::uint16_t& port) {
   return fd;
 }
 
-// Of what follows a head; 0 where it does not say.
+// Returns the body's length; 0 if it is not stated.
 std::size_t BodyLength(std::string head) {
   std::transform(head.begin(), head.end(), head.begin(),
                  [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
@@ -67,7 +67,7 @@ bool HttpPeer::Send(std::string_view bytes) {
 }
 
 void HttpPeer::WaitForClose() {
-  // What still comes is read: closing over it would reset the connection, and lose the answer.
+  // Read the remaining input: closing over it would reset the connection, and lose the answer.
   std::array<char, 4096> buffer{};
   pollfd wanted{fd_, POLLIN, 0};
   while (poll(&wanted, 1, 10'000) > 0 && recv(fd_, buffer.data(), buffer.size(), 0) > 0) {

@@ -11,7 +11,7 @@
 
 namespace trammel::test {
 
-/// What a script does with one connection, after the request was read.
+/// Actions of a script on one connection, after the request was read.
 class HttpPeer {
  public:
   explicit HttpPeer(int fd) : fd_(fd) {}

@@ -155,7 +155,7 @@ void ScriptedLinuxCnc::Talk(int fd) {
     if (wanted[1].revents != 0) return;
     std::array<char, 4096> buffer{};
     const ssize_t count = recv(fd, buffer.data(), buffer.size(), 0);
-    if (count <= 0) {  // as a helper that is left does
+    if (count <= 0) {  // like an abandoned helper
       const std::lock_guard lock(mutex_);
       from_ = to_ = PositionNow();
       duration_s_ = 0;
@@ -277,7 +277,7 @@ void ScriptedLinuxCnc::Move(const std::string& block) {
   for (const double place : to) {
     if (std::abs(place) > travel_mm_) return;
   }
-  if (const auto turned = Word(block, 'C')) c_deg_ = *turned;  // at once
+  if (const auto turned = Word(block, 'C')) c_deg_ = *turned;  // immediate
   from_ = PositionNow();
   to_ = to;
   start_s_ = Now();

@@ -35,10 +35,10 @@ class ScriptedLinuxCnc {
 
   /// The program to be started as the helper; each is another client of this machine.
   [[nodiscard]] std::string helper() const { return (folder_.path() / "helper").string(); }
-  /// What a member of its answers says from now on: "estop", "homed", "position", "mode" …; of
+  /// Sets a member of its answers from now on: "estop", "homed", "position", "mode" …; of
   /// "position" also "c".
   void Answer(const std::string& member, nlohmann::json value);
-  /// How much faster than asked the machine moves.
+  /// Sets the machine's speed relative to the command.
   void SetHurry(double factor);
   /// A value of the INI file, as in "[AXIS_X]MIN_LIMIT"; without one it shows "######".
   void SetIni(const std::string& name, const std::string& value);
@@ -55,7 +55,7 @@ class ScriptedLinuxCnc {
  private:
   void Serve();
   void Talk(int fd);
-  /// What goes back for one request, without its line end.
+  /// Returns the answer to one request, without its line end.
   std::string Reply(const std::string& request, Fault fault);
   nlohmann::json Do(const nlohmann::json& request);
   [[nodiscard]] nlohmann::json Look() const;

@@ -142,11 +142,11 @@ struct ScriptedMoonraker::State {
   mutable std::mutex mutex;
   std::condition_variable changed;
   std::map<std::string, Handler> handlers;
-  /// Of methods without a handler, as texts: a large one is written once.
+  /// Results of methods without a handler, as texts: a large one is written once.
   std::map<std::string, std::shared_ptr<const std::string>> results;
   std::function<HttpAnswer(const HttpRequest&)> http_handler;
   std::vector<Json> requests;
-  std::vector<Json> answers;  // of the client
+  std::vector<Json> answers;  // from the client
   std::vector<HttpRequest> http_requests;
   std::list<std::weak_ptr<Session>> sessions;
   int accepted = 0;

@@ -11,10 +11,10 @@
 
 namespace trammel::test {
 
-/// How the server greets whoever connects.
+/// Options of the server for new connections.
 struct ServerOptions {
   std::string unix_path = {};        ///< listen there instead of on a free port of 127.0.0.1
-  std::string certificate_pem = {};  ///< with key_pem: speak TLS
+  std::string certificate_pem = {};  ///< with key_pem: enables TLS
   std::string key_pem = {};
   std::string banner = {};  ///< say this at once instead of HTTP, and nothing more
   bool silent = false;      ///< say nothing at all
@@ -68,7 +68,7 @@ class ScriptedMoonraker {
   [[nodiscard]] Json WaitForAnswer(const Json& id);
   /// Waits until this many connections were accepted.
   [[nodiscard]] bool WaitForConnections(int count);
-  /// Of the n-th upgrade or plain request, from 1.
+  /// Returns the n-th upgrade or plain request, from 1.
   [[nodiscard]] HttpRequest HttpRequestNumber(int n) const;
 
  private:

@@ -167,7 +167,7 @@ class BlockWriter {
   }
 
  private:
-  // From one corner to another, made once.
+  // Returns the edge between two corners, made once.
   std::string Along(int from, int to) {
     const int low = std::min(from, to);
     const int high = std::max(from, to);

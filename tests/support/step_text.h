@@ -34,7 +34,7 @@ enum class StepFault {
 /// The freeform top over a place, both from 0 to 1 of the block's length and width.
 struct TopPoint {
   Eigen::Vector3d at_mm;
-  Eigen::Vector3d outward;  ///< of length 1
+  Eigen::Vector3d outward;  ///< unit vector
 };
 [[nodiscard]] TopPoint TopAt(const StepBlock& block, double u, double v);
 

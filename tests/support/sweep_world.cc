@@ -90,7 +90,7 @@ void WriteAvi(const std::filesystem::path& path, const std::vector<Frame>& frame
 namespace {
 
 constexpr std::size_t kSpots = 24;  // places in the picture whose brightness is looked at
-constexpr std::size_t kWaves = 6;   // that make up the texture under one place
+constexpr std::size_t kWaves = 6;   // of the texture under one place
 
 /// Brightness under each spot along the line: sums of waves with normal wave numbers.
 struct Texture {

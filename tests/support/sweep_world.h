@@ -12,7 +12,7 @@
 
 namespace trammel::test {
 
-/// How a sweep looks. Heights rise towards smaller x.
+/// Appearance of a sweep. Heights rise towards smaller x.
 struct LaserWorld {
   int width = 45;
   int height = 60;
@@ -26,7 +26,7 @@ struct LaserWorld {
   double noise = 2;       ///< grey levels
   double speckle = 0.25;  ///< contrast
   double ambient = 8;
-  double highest_mm = 1;  ///< of a bead; one with more filament grows in width alone
+  double highest_mm = 1;  ///< highest bead; additional filament increases only the width
 };
 
 /// One frame over a bead of parabolic section, twice as wide as high:
@@ -46,10 +46,10 @@ enum class Delivery {
 
 struct SweepWorld {
   double period_s = 1.0 / 30;
-  double period_error = 3e-4;       ///< of the camera's quartz
-  double capture_scatter_s = 3e-4;  ///< of the moments at which frames are taken
-  double latency_s = 0.045;         ///< from the exposure's middle to the capture stamp
-  double transport_s = 0.004;       ///< from the stamp to the earliest arrival
+  double period_error = 3e-4;       ///< of the camera's clock
+  double capture_scatter_s = 3e-4;  ///< of capture times
+  double latency_s = 0.045;         ///< mid-exposure to capture stamp
+  double transport_s = 0.004;       ///< stamp to earliest arrival
   Delivery delivery = Delivery::kUniform;
   double jitter_s = 0.05;
   double loss = 0;  ///< probability that a frame is lost
@@ -59,8 +59,8 @@ struct SweepWorld {
   double end_mm = 26;
   double speed_mm_s = 400.0 / 60;
   double acceleration_mm_s2 = 50;
-  double grain_mm = 0.08;  ///< of the texture that the laser crosses
-  double noise = 0.15;     ///< of the picture, against the texture's contrast
+  double grain_mm = 0.08;  ///< grain of the texture crossed by the laser
+  double noise = 0.15;     ///< picture noise over texture contrast
   double clock_s = 0;      ///< camera's clock minus the motion's
 };
 
@@ -68,14 +68,14 @@ struct SweepFrame {
   double true_time_s = 0;  ///< middle of the exposure, on the motion's clock
   double true_position_mm = 0;
   double true_speed_mm_s = 0;
-  double arrival_s = 0;  ///< on the motion's clock
-  double stamp_s = 0;    ///< on the camera's clock
+  double arrival_s = 0;  ///< motion's clock
+  double stamp_s = 0;    ///< camera's clock
   unsigned long sequence = 0;
   double change = 0;  ///< against the frame before; of the first frame 0
 };
 
 struct WorldSweep {
-  double start_s = 0;  ///< of the motion
+  double start_s = 0;  ///< start of motion
   std::vector<SweepFrame> frames;
 };
 

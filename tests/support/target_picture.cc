@@ -155,7 +155,7 @@ DrawnTarget PinholeTarget(double column, double row, const PinholeView& view) {
     return Vector{x * a[0] + y * b[0], x * a[1] + y * b[1], x * a[2] + y * b[2]};
   };
   const double off = std::tan(view.off_axis_rad);
-  // Of the line of sight and two directions across it, then the plane's own two.
+  // Axes: the line of sight and two directions across it, then the plane's own two.
   const Vector sight =
       unit({off * std::cos(view.off_towards_rad), off * std::sin(view.off_towards_rad), 1});
   const Vector right = unit(cross({0, 1, 0}, sight));
@@ -184,7 +184,7 @@ DrawnTarget PinholeTarget(double column, double row, const PinholeView& view) {
 }
 
 Place DiscMiddle(const DrawnTarget& target) {
-  // Of the dual conic H diag(1, 1, -1) H^T its last column.
+  // Last column of the dual conic H diag(1, 1, -1) H^T.
   double last[3];
   for (int i = 0; i < 3; ++i) {
     last[i] = target.h[i][0] * target.h[2][0] + target.h[i][1] * target.h[2][1] -
@@ -254,7 +254,7 @@ Page Expose(const GreyImage& image, double noise, Random& random) {
 
 namespace {
 
-/// Whether the point, in units of the thing's size about its centre, belongs to a thing of a kind.
+/// True if the point, in units of the thing's size about its centre, belongs to a thing of a kind.
 bool IsInThing(int kind, double u, double v, std::uint64_t pattern) {
   const double r = std::hypot(u, v);
   const double turns = kind == 1 ? std::atan2(v, u) / (2 * std::numbers::pi) + 0.5 : 0;

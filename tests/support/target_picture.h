@@ -50,7 +50,7 @@ struct Gloss {
   double column = 0;
   double row = 0;
   double size_px = 10;
-  double grey = 0;  ///< at its middle
+  double grey = 0;  ///< at the centre
 };
 
 /// A shadow on one side of a line through a point: of the light, `left` is left.
@@ -64,7 +64,7 @@ struct Shadow {
 
 struct Look {
   double paper = 200;     ///< grey level
-  double ink = 50;        ///< of disc and ring
+  double ink = 50;        ///< disc and ring
   double blur_px = 0.5;   ///< Gaussian, standard deviation, beside the pixel's own area
   double gradient_x = 0;  ///< relative, per px, about the picture's middle
   double gradient_y = 0;
@@ -80,7 +80,7 @@ struct GreyImage {
 };
 GreyImage Draw(int width, int height, const std::vector<DrawnTarget>& targets, const Look& look);
 
-/// With noise, rounded and cut to 0 … 255.
+/// Adds noise, rounds and clamps to 0 … 255.
 Page Expose(const GreyImage& image, double noise, Random& random);
 
 /// Discs, rings in pieces, bars, lines and checkerboards of random shades, and noise.

@@ -204,7 +204,7 @@ std::string TrammelProcess::StandardErrorSoFar() const {
 }
 
 std::string TrammelProcess::WaitForLine(const std::string& label) {
-  constexpr double kPatience_s = 30;  // with a loaded host
+  constexpr double kPatience_s = 30;  // for a loaded host
   const double until_s = Now() + kPatience_s;
   for (bool running = true; running && Now() < until_s; usleep(kLook_us)) {
     running = Running();

@@ -19,15 +19,14 @@ struct ProcessLimits {
   bool terminal = false;         ///< standard input and standard error are a terminal of its own
 };
 
-/// How a process ended.
 struct ProcessEnd {
   int exit_code = -1;      ///< -1 where a signal ended it
-  int signal = 0;          ///< which
+  int signal = 0;          ///< signal number
   bool timed_out = false;  ///< it had to be killed
   std::string standard_output;
   std::string standard_error;
   double elapsed_s = 0;
-  double cpu_s = 0;           ///< of all its threads, user and system
+  double cpu_s = 0;           ///< all threads, user and system
   double peak_memory_mb = 0;  ///< resident; 10^6 bytes
 };
 
@@ -58,7 +57,7 @@ class TrammelProcess {
   /// Returns what follows `label` in the first whole line of its standard output that begins with
   /// it; empty where it ends, or 30 s pass, without such a line.
   [[nodiscard]] std::string WaitForLine(const std::string& label);
-  /// As of the last look.
+  /// Returns the peak at the last check.
   [[nodiscard]] double PeakMemorySoFar_mb() const { return end_.peak_memory_mb; }
   /// Waits for its end, kills it where that does not come in time.
   [[nodiscard]] ProcessEnd Wait(double time_limit_s);

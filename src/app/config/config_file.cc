@@ -44,7 +44,7 @@ std::vector<std::string_view> KeysOf(const Settings& settings, std::string_view 
   return keys;
 }
 
-/// An empty section stands for any: the first that has the key.
+/// Finds a setting; an empty section matches the first that has the key.
 const ConfigSetting* Find(const Settings& settings, std::string_view section,
                           std::string_view key) {
   for (const ConfigSetting& setting : settings) {
@@ -99,11 +99,11 @@ Result<pressure_advance::PatternPreset> PresetNamed(std::string_view name) {
                           kPreset, name));
 }
 
-// What the file's preset stands for, below all that the file sets.
+// Applies the file's preset, below all that the file sets.
 Result<void> ReadPreset(const toml::table& root, const std::string& file, Config& config) {
   const toml::node_view<const toml::node> named = root[kPatternSection][kPreset];
   const auto name = named.value_exact<std::string>();
-  if (!name) return {};  // of another type: said where the keys are read
+  if (!name) return {};  // wrong type: reported where the keys are read
   const auto preset = PresetNamed(*name);
   if (!preset) {
     return Fail(fmt::format("{}: {}", At(file, named.node()->source()), preset.error().message));
@@ -121,7 +121,7 @@ Config DefaultConfig() {
 }
 
 void FollowNozzle(Config& config) {
-  constexpr double kHighest = 0.625;  // of the nozzle: the default layer's share of its nozzle
+  constexpr double kHighest = 0.625;  // in nozzle diameters: ratio of the default layer
   pressure_advance::PatternConfig& pattern = config.pattern;
   pressure_advance::PatternConfig usual = DefaultConfig().pattern;
   if (const auto preset = pressure_advance::ParsePatternPreset(pattern.preset)) {
@@ -135,7 +135,7 @@ void FollowNozzle(Config& config) {
     pattern.layer_height_mm =
         std::min(usual.layer_height_mm, kHighest * pattern.nozzle_diameter_mm);
   }
-  // Between beads so wide a gap stays, and one so narrow is not run over.
+  // A gap remains between beads so wide, and one so narrow is not crossed.
   if (!config.IsSet("pressure_advance_pattern.frame_overlap")) {
     pattern.frame_overlap_mm =
         usual.frame_overlap_mm * std::min(1.0, pattern.line_width_mm / usual.line_width_mm);
@@ -145,7 +145,7 @@ void FollowNozzle(Config& config) {
   }
   if (!config.IsSet("pressure_advance_pattern.frame_margin") && pattern.frame_margin_mm) {
     if (pattern.corner_mark) {
-      pattern.frame_margin_mm.reset();  // what the mark needs
+      pattern.frame_margin_mm.reset();  // default: space for the mark
     } else if (usual.frame_margin_mm) {
       pattern.frame_margin_mm = std::max(*usual.frame_margin_mm, 1.5 * pattern.line_width_mm);
     }
@@ -223,7 +223,7 @@ Result<void> OverrideConfig(std::string_view assignment, Config& config,
   }
   std::string_view key = assignment.substr(0, equals);
   const std::string_view value = assignment.substr(equals + 1);
-  const std::string name(key);  // what is said, without the value: it may be a secret
+  const std::string name(key);  // message without the value, which may be a secret
   std::string_view section;
   if (const std::size_t dot = key.find('.'); dot != std::string_view::npos) {
     section = key.substr(0, dot);
@@ -270,7 +270,7 @@ Result<void> OverrideConfig(std::string_view assignment, Config& config,
 
 namespace {
 
-/// Sections with the documentation and the value of each setting that is `wanted`, by its place.
+/// Returns sections with the documentation and the value of each `wanted` setting, by index.
 std::string Describe(const Settings& settings, const std::function<bool(std::size_t)>& wanted) {
   std::string out;
   std::string_view section;
@@ -307,7 +307,7 @@ std::string DescribeConfigKeys() {
 
 std::string DescribeChanges(Config config) {
   Config defaults = DefaultConfig();
-  Config following = DefaultConfig();  // from what else is set
+  Config following = DefaultConfig();  // derived from other settings
   following.pattern.nozzle_diameter_mm = config.pattern.nozzle_diameter_mm;
   FollowNozzle(following);
   following.pattern.nozzle_diameter_mm = defaults.pattern.nozzle_diameter_mm;

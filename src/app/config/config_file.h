@@ -19,58 +19,58 @@ struct Config {
   settings::ScanSettings scan;              ///< [moonraker], [camera], [scan]
   tool_offset::SheetSettings sheet;         ///< [tool_offset_pattern]; see SheetOf
   std::set<std::string> keys = {};          ///< that the file gave, as "section.key"
-  /// What the command line set, by "section.key": the option, without its value.
+  /// Settings from the command line: "section.key" to option, without its value.
   std::map<std::string, std::string> options = {};
 
-  /// Whether file or command line gave it, as "section.key".
+  /// True if the file or the command line sets "section.key".
   [[nodiscard]] bool IsSet(const std::string& key) const {
     return keys.contains(key) || options.contains(key);
   }
 };
 
-/// Gives the pattern's lines the width and height that the nozzle lays, where they are not set.
+/// Sets the width and height of the pattern's lines to the nozzle's, where they are not set.
 void FollowNozzle(Config& config);
 
-/// What a file that sets nothing gives: the default preset's pattern and scan.
+/// Returns the configuration of an empty file: the default preset's pattern and scan.
 [[nodiscard]] Config DefaultConfig();
 
-/// The largest configuration that is read.
+/// Maximum size of a configuration.
 inline constexpr std::size_t kMaxConfigBytes = 1u << 20;
 
-/// Reads the text of a trammel.toml; what it leaves out keeps its default. Checks types and each
-/// key's own range, not yet how they fit together: settings may still be overridden.
-/// Errors begin with `file`:line and name the section, the key, the value and the bound; an unknown
-/// section or key is one, with the nearest that exists.
+/// Parses the text of a trammel.toml; absent keys have their default. Checks types and each key's
+/// own range, but not their combination, since settings may still be overridden. Errors begin with
+/// `file`:line and name the section, the key, the value and the bound. An unknown section or key is
+/// an error that names the nearest existing one.
 [[nodiscard]] Result<Config> ParseConfig(std::string_view text, const std::string& file);
 
-/// FindProblem of the pattern and the scan as LocateProblem tells it. `text` and `file` are those
-/// given to ParseConfig. The sheet is not judged: a bed that is
-/// too small for it still prints a pattern.
+/// Returns FindProblem of the pattern and the scan, located by LocateProblem. `text` and `file` are
+/// those given to ParseConfig. The sheet is not checked: a bed that is too small for it can still
+/// print a pattern.
 [[nodiscard]] Result<void> ValidateConfig(const Config& config, std::string_view text,
                                           const std::string& file);
 
-/// A problem as an error that says where the setting comes from: the option of the command line
-/// that set it, or its place in the file. Where neither did and the command line set others, these
-/// are named, too.
+/// Converts a problem to an error that names the setting's source: the command line's option, or
+/// its place in the file. For a default, names the settings that the command line overrides, if
+/// any.
 [[nodiscard]] Error LocateProblem(const settings::SettingProblem& problem, const Config& config,
                                   std::string_view text, const std::string& file);
 
-/// Sets one key from `key=value` or `section.key=value`, the value as in TOML; quotes round a text
-/// may be left out. Notes it in `options`. Without its section, a key that stands in several is
-/// that of `own_section`, where it has it, or of the first of them. Errors as ParseConfig,
-/// beginning with --set.
+/// Sets one key from `key=value` or `section.key=value`, the value as in TOML; quotes around a text
+/// may be omitted. Records it in `options`. Without its section, a key of several sections is that
+/// of `own_section`, if it is there, else of the first. Errors as ParseConfig, beginning with
+/// --set.
 [[nodiscard]] Result<void> OverrideConfig(std::string_view assignment, Config& config,
                                           std::string_view own_section = {});
 
-/// The sheet's settings together with the printer and the filament of the same file. Not validated.
+/// Combines the sheet's settings with the printer and the filament of the same file. Not validated.
 [[nodiscard]] tool_offset::SheetSettings SheetOf(const Config& config);
 
-/// Every section and key with its documentation, unit, range and default: itself a valid
+/// Returns every section and key with its documentation, unit, range and default: itself a valid
 /// trammel.toml that changes nothing.
 [[nodiscard]] std::string DescribeConfigKeys();
 
-/// The same of the settings alone that differ from their defaults, but for those that follow from
-/// others (FollowNozzle); empty where none does.
+/// Describes only the settings that differ from their defaults, except those derived from others
+/// (FollowNozzle); empty if there are none.
 [[nodiscard]] std::string DescribeChanges(Config config);
 
 }  // namespace trammel::files

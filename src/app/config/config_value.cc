@@ -22,7 +22,7 @@ using pressure_advance::Segment;
 using settings::BedShape;
 using Fault = std::optional<std::string>;
 
-/// The value and its type, short enough for a message.
+/// Returns the value and its type, short enough for a message.
 std::string Describe(const toml::node& value) {
   constexpr std::size_t kLongest = 40;
   std::ostringstream text;
@@ -40,7 +40,7 @@ Fault WrongType(const char* expected, const toml::node& value) {
 
 Fault ReadNumber(const toml::node& value, double& out) {
   if (!value.is_number()) return WrongType("a number", value);
-  // Asked for as a double, a whole number that no double is equal to has no value at all.
+  // A whole number that no double equals would be absent if read as a double.
   const auto whole = value.value_exact<std::int64_t>();
   out = whole ? static_cast<double>(*whole) : *value.value_exact<double>();
   return std::nullopt;
@@ -201,7 +201,7 @@ std::vector<ConfigSetting> SettingsOf(Config& config) {
   Bind(settings::FilamentFields(), config.pattern, settings);
   Bind(tool_offset::SheetFields(), config.sheet, settings);
   Bind(settings::ScanFields(), config.scan, settings);
-  // A calibration may add keys of its own to a section that all share.
+  // A calibration may add its own keys to a shared section.
   constexpr std::array<std::string_view, 2> kShared{"printer", "filament"};
   std::stable_sort(settings.begin(), settings.end(), [&](const auto& a, const auto& b) {
     const auto rank = [&](const ConfigSetting& setting) {

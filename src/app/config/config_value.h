@@ -1,4 +1,4 @@
-// One setting to and from TOML, whichever of the tables of settings it stands in.
+// Converts one setting to and from TOML, for every table of settings.
 #pragma once
 
 #include <toml++/toml.h>
@@ -16,13 +16,13 @@
 
 namespace trammel::files {
 
-/// Where a setting of any type that the tables have lives.
+/// Address of a setting, of any type in the tables.
 using SettingAddress =
     std::variant<double*, std::optional<double>*, int*, bool*, std::string*, std::vector<double>*,
                  std::vector<int>*, std::vector<pressure_advance::Segment>*, gcode::Dialect*,
                  settings::BedShape*, pressure_advance::Finish*, AxisDirection*>;
 
-/// An entry of a table of settings, tied to where its value lives.
+/// Entry of a table of settings, bound to its value.
 struct ConfigSetting {
   std::string_view section;
   std::string_view key;
@@ -31,22 +31,22 @@ struct ConfigSetting {
   SettingAddress value;
 };
 
-/// Every setting of every table, in the order of the documentation; sections are contiguous.
-/// The entries point into `config`, which must outlive them.
+/// Returns every setting of every table, in the documentation's order; sections are contiguous. The
+/// entries point into `config`, which must outlive them.
 [[nodiscard]] std::vector<ConfigSetting> SettingsOf(Config& config);
 
 /// Sets the value from TOML.
-/// @returns What is wrong with it (its type, its range), or nothing.
+/// @returns the problem (its type, its range); absent: none.
 [[nodiscard]] std::optional<std::string> SetSetting(const ConfigSetting& setting,
                                                     const toml::node& value);
 
-/// The value as TOML; absent where an optional setting has none.
+/// Returns the value as TOML; absent if an optional setting has none.
 [[nodiscard]] std::optional<std::string> FormatSetting(const ConfigSetting& setting);
 
-/// Whether nobody else is to see the value: messages leave it out.
+/// True if the value is secret: messages omit it.
 [[nodiscard]] bool IsSecret(const ConfigSetting& setting);
 
-/// Whether the setting is written between quotes.
+/// True if the setting is written in quotes.
 [[nodiscard]] bool IsText(const ConfigSetting& setting);
 
 }  // namespace trammel::files

@@ -13,7 +13,7 @@
 namespace trammel::machine {
 namespace {
 
-// Of one bit or another byte somewhere in the data.
+// Flips a bit or replaces a byte of the DATA section at random.
 std::string Damaged(std::string text, Random& random) {
   const std::size_t begin = text.find("DATA;");
   const auto at = begin + static_cast<std::size_t>(

@@ -21,15 +21,15 @@ namespace {
 
 constexpr double kBytesPerMb = 1e6;
 
-/// What Open CASCADE may take for a file. A plate with 800 bores, of 3 MB, took 0.3 GB.
+/// Memory limit of Open CASCADE for a file. A plate with 800 bores, of 3 MB, took 0.3 GB.
 std::uint64_t MostBytes(std::size_t file_bytes) {
   return (std::uint64_t{1} << 30U) + 25 * std::uint64_t{file_bytes};
 }
 
-/// Puts the solid together from what the child tells, which is believed within bounds.
+/// Builds the solid from the child's messages, which are checked against limits.
 class Taken {
  public:
-  // False where the message cannot be.
+  // False if the message is invalid.
   bool Take(const ChildMessage& message) {
     const std::string text(message.bytes.begin(), message.bytes.end());
     constexpr std::size_t kMostNotices = 100;
@@ -129,14 +129,14 @@ Result<StepSolid> TakeSolid(ChildProcess& child, std::uint64_t most_bytes, int m
       child.End(), most_s, most_bytes >> 20U));
 }
 
-/// Makes one section DATA without a name of all, as edition 1 of ISO 10303-21 has it: Open CASCADE
-/// 7.6 calls others damaged. Places and lines stay.
+/// Merges DATA sections into one without a name, as in edition 1 of ISO 10303-21: Open CASCADE 7.6
+/// rejects others as damaged. Offsets and lines are preserved.
 std::string AsEdition1(std::string text) {
   const auto blank = [&](std::size_t from, std::size_t to) {
     for (std::size_t i = from; i < to; ++i) text[i] = text[i] == '\n' ? '\n' : ' ';
   };
   constexpr auto kNone = std::string::npos;
-  std::size_t begin = kNone;  // of a statement
+  std::size_t begin = kNone;  // start of a statement
   std::size_t section_end = kNone;
   bool data = false;
   for (std::size_t i = 0; i < text.size(); ++i) {

@@ -16,44 +16,44 @@
 namespace trammel::machine {
 
 struct StepReadOptions {
-  double chord_error_mm = 0.02;          ///< of the triangles, > 0
+  double chord_error_mm = 0.02;          ///< limit for the triangles, > 0
   std::size_t most_triangles = 120'000;  ///< coarser ones are made of a part that would take more
-  /// Open CASCADE is ended then, whatever the file. A plate with 800 bores took 45 s of a slow
+  /// Time limit of Open CASCADE, for any file. A plate with 800 bores took 45 s on a slow
   /// processor.
   int most_s = 60;
 };
 
-/// How far the part's own surface stands out of a triangle.
+/// Height of the part's own surface above a triangle.
 struct StepLift {
-  /// Over the middle of the edge from corner k to the next, above 0 outside, mm.
+  /// Lift at the middle of the edge from corner k to the next, positive outside, mm.
   std::array<float, 3> middle_mm{};
-  /// By how much the quadratic surface through corners and middles misses it, as far as was looked.
+  /// Distance of the surface from the quadratic one through corners and middles, where checked, mm.
   float left_mm = 0;
 };
 static_assert(std::is_trivially_copyable_v<StepLift>);
 
-/// A solid as triangles, counter-clockwise seen from outside, whose vertices lie on its surfaces.
+/// Solid as triangles, counter-clockwise seen from outside, with vertices on its surfaces.
 struct StepSolid {
   std::vector<Eigen::Vector3d> vertices_mm;
   std::vector<std::array<std::uint32_t, 3>> triangles;
   std::vector<StepLift> lifts;  ///< one for each triangle
-  std::string unit;             ///< of the file: "mm", "inch", "m"
+  std::string unit;             ///< file's length unit: "mm", "inch", "m"
   std::size_t faces = 0;
-  double chord_error_mm = 0;  ///< that the triangles were made for
+  double chord_error_mm = 0;  ///< requested for the triangles
   std::vector<std::string> notices;
 };
 
-/// Larger files are refused unread.
+/// Maximum file size; larger files are rejected unread.
 inline constexpr std::size_t kMostStepBytes = 100'000'000;
 
-/// Whether a file that begins with these bytes is STEP: comments may stand before its first words.
+/// True if the first bytes are those of a STEP file: comments may precede its first words.
 [[nodiscard]] bool LooksLikeStep(std::string_view start);
 
-/// The one solid of a file, in mm whatever its unit, by the module trammel-step.so, in a process of
-/// its own whose memory and time are limited.
-/// Errors (kInput), which name the file, what is wrong and the remedy: no STEP file, one that is
-/// cut short; no length unit; no solid, several, a shell that is open, faces that do
-/// not meet; whatever the reader rejects or dies of; the module or its libraries are missing.
+/// Reads the single solid of a file, in mm whatever its unit, by the module trammel-step.so, in a
+/// separate process with limited memory and time.
+/// Errors (kInput), which name the file, the fault and the remedy: no STEP file, a truncated one;
+/// no length unit; no solid, several, an open shell, faces that do not meet; whatever the reader
+/// rejects or crashes on; a missing module or library.
 [[nodiscard]] Result<StepSolid> ReadStepFile(const std::filesystem::path& path,
                                              const StepReadOptions& options = {});
 

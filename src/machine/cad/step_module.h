@@ -1,5 +1,5 @@
-// trammel-step.so: a solid of a STEP file as triangles, by Open CASCADE. It works in a child, as
-// that library may crash or run on without end over a damaged file.
+// trammel-step.so: converts a STEP file's solid to triangles, by Open CASCADE. It runs in a child
+// process, since that library may crash or loop endlessly on a damaged file.
 #pragma once
 
 #include <cstdint>
@@ -12,18 +12,18 @@
 
 namespace trammel::machine {
 
-/// What is told of a solid before its triangles.
+/// Header of a solid, before its triangles.
 struct StepHead {
   std::uint64_t vertices = 0;
   std::uint64_t triangles = 0;
   std::uint64_t faces = 0;
-  double chord_error_mm = 0;  ///< that was asked of the triangles
+  double chord_error_mm = 0;  ///< requested for the triangles
 };
 static_assert(std::is_trivially_copyable_v<StepHead>);
 
 /// Kinds of messages, in this order: a StepHead; the unit's name; notices; pieces of the vertices
 /// (three double each, mm), of the triangles (three std::uint32_t each) and of their lifts
-/// (StepLift); the end; and in its place what is wrong with the file.
+/// (StepLift); the end, or in its place the fault of the file.
 enum StepMessage : std::uint32_t {
   kStepHead = 1,
   kStepUnit,
@@ -36,12 +36,12 @@ enum StepMessage : std::uint32_t {
 };
 
 struct StepModule {
-  /// Sends the one solid of a file. Errors: what is wrong with the file, in words for its owner.
+  /// Sends the single solid of a file. Errors: the file's fault, in words for its owner.
   Result<void> (*send_solid)(std::string_view text, const StepReadOptions& options,
                              const ChildSender& sender);
 };
 
-/// The module's table. Errors (kInput): those of LoadModule.
+/// Returns the module's function table. Errors (kInput): those of LoadModule.
 [[nodiscard]] Result<const StepModule*> FindStepModule();
 
 }  // namespace trammel::machine

@@ -45,7 +45,7 @@
 namespace trammel::machine {
 namespace {
 
-// Bytes that are in memory, as a stream.
+// Stream of bytes in memory.
 class BytesBuffer final : public std::streambuf {
  public:
   explicit BytesBuffer(std::string_view bytes) {
@@ -58,7 +58,7 @@ std::string TextOf(const Handle(TCollection_HAsciiString) & text) {
   return text.IsNull() ? std::string() : std::string(text->ToCString());
 }
 
-// The unit of the file's lengths, which Open CASCADE turns into mm.
+// Returns the length unit of the file, which Open CASCADE converts to mm.
 Result<std::string> UnitOf(STEPControl_Reader& reader) {
   TColStd_SequenceOfAsciiString lengths;
   TColStd_SequenceOfAsciiString angles;
@@ -84,12 +84,12 @@ Result<std::string> UnitOf(STEPControl_Reader& reader) {
   return name;
 }
 
-/// A file's entities.
+/// Entities of a file.
 class Model {
  public:
   explicit Model(STEPControl_Reader& reader) : reader_(reader), model_(reader.StepModel()) {}
 
-  // That nothing the shape is made of was misread.
+  // Checks that no entity of the shape was misread.
   [[nodiscard]] Result<void> CheckRead() const {
     const auto statements = model_->GlobalCheck(true);
     if (!statements.IsNull() && statements->HasFailed()) {
@@ -149,7 +149,7 @@ class Model {
   Handle(StepData_StepModel) model_;
 };
 
-// By the name in the file, where it has one, and its size.
+// Describes a solid by its name in the file, if any, and its size.
 std::string Described(const STEPControl_Reader& reader, const TopoDS_Shape& solid) {
   const auto entity = Handle(StepRepr_RepresentationItem)::DownCast(
       reader.WS()->TransferReader()->EntityFromShapeResult(solid, -1));
@@ -164,7 +164,7 @@ std::string Described(const STEPControl_Reader& reader, const TopoDS_Shape& soli
                      PlaceWords({(at[0] + at[3]) / 2, (at[1] + at[4]) / 2, (at[2] + at[5]) / 2}));
 }
 
-// Parts of a kind that are in none of another.
+// Counts parts of one kind that belong to none of another.
 int CountLoose(const TopoDS_Shape& shape, TopAbs_ShapeEnum kind, TopAbs_ShapeEnum in) {
   TopTools_IndexedMapOfShape all;
   TopExp::MapShapes(shape, kind, all);
@@ -244,8 +244,8 @@ Result<TopoDS_Shape> OneSolid(const STEPControl_Reader& reader, const TopoDS_Sha
   return solids(1);
 }
 
-// How far edges and vertices are from the surfaces that they bound: the reader widens their
-// tolerances until those meet.
+// Checks the distance of edges and vertices from their surfaces: the reader widens their tolerances
+// until they meet.
 Result<void> CheckGaps(const TopoDS_Shape& solid, std::vector<std::string>& notices) {
   constexpr double kSaid_mm = 0.002;
   constexpr double kMost_mm = 0.02;
@@ -276,7 +276,7 @@ Result<CadSolid> Read(std::string_view text) {
   STEPControl_Reader reader;
   Message::DefaultMessenger()->RemovePrinters(STANDARD_TYPE(Message_Printer));
   Interface_Static::SetCVal("xstep.cascade.unit", "MM");  // which is there once a reader is
-  // A placement among a shape's items is an item: coordinates are those that are written.
+  // Disables the transformation of a root's placement, so that coordinates are those in the file.
   Interface_Static::SetCVal("read.step.root.transformation", "OFF");
   BytesBuffer buffer(text);
   std::istream stream(&buffer);

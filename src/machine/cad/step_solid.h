@@ -1,4 +1,4 @@
-// The one solid of a STEP file, as Open CASCADE has it.
+// Single solid of a STEP file, as an Open CASCADE object.
 #pragma once
 
 #include <TopoDS_Shape.hxx>
@@ -17,10 +17,9 @@ struct CadSolid {
   std::vector<std::string> notices;
 };
 
-/// In words.
 [[nodiscard]] std::string PlaceWords(const gp_Pnt& at_mm);
 
-/// Errors (kInput): those of ReadStepFile that concern its content, without the file's name.
+/// Errors (kInput): those of ReadStepFile about the content, without the file's name.
 [[nodiscard]] Result<CadSolid> SolidOf(std::string_view text);
 
 }  // namespace trammel::machine

@@ -56,7 +56,7 @@ std::size_t CountTriangles(const TopoDS_Shape& solid) {
   return count;
 }
 
-/// The surface under a face's triangles.
+/// Surface of a face's triangles.
 class FaceSurface {
  public:
   explicit FaceSurface(const TopoDS_Face& face) {
@@ -67,7 +67,7 @@ class FaceSurface {
   }
   [[nodiscard]] bool flat() const { return flat_; }
 
-  // Whether u says nothing there.
+  // True if u has no effect there.
   [[nodiscard]] bool AtPole(const gp_XY& uv) const {
     gp_Pnt on;
     gp_Vec by_u;
@@ -77,8 +77,8 @@ class FaceSurface {
     return by_u.Magnitude() < kPole_mm;
   }
 
-  // How far the surface is from a place near which it has these parameters, along its normal and
-  // to the side of `up`.
+  // Computes the distance of the surface from a point near these parameters, along the surface's
+  // normal, positive towards `up`.
   [[nodiscard]] std::optional<double> Above(gp_XY uv, const gp_XYZ& at, const gp_XYZ& up) const {
     gp_Pnt on;
     gp_Vec by_u;
@@ -119,7 +119,7 @@ class FaceSurface {
   bool flat_ = false;
 };
 
-/// Puts the faces' triangles together.
+/// Joins the faces' triangles.
 class Triangles {
  public:
   explicit Triangles(const TopoDS_Shape& solid) {
@@ -171,7 +171,7 @@ class Triangles {
     return static_cast<std::uint32_t>(made_.vertices_mm.size() - 1);
   }
 
-  // Gives the nodes along an edge the numbers that they have in the edge's other face.
+  // Numbers the nodes along an edge as in the edge's other face.
   void NumberEdge(const TopoDS_Edge& edge, const Handle(Poly_Triangulation) & mesh,
                   const TopLoc_Location& location, std::vector<std::uint32_t>& number) {
     const auto along = BRep_Tool::PolygonOnTriangulation(edge, mesh, location);
@@ -255,9 +255,9 @@ class Triangles {
   StepSolid made_;
 };
 
-// By what the chord error must be larger, lest there be too many triangles. Their count goes with
-// its power -1 where a surface is bent both ways, -1/2 on a cylinder, 0 on planes: which of it two
-// coarse tessellations tell.
+// Computes the factor on the chord error that limits the number of triangles. Their number varies
+// as its power -1 on doubly curved surfaces, -1/2 on a cylinder, 0 on planes: two coarse
+// tessellations show which.
 double Coarser(const TopoDS_Shape& solid, const StepReadOptions& options) {
   constexpr double kStep = 5;
   const auto count = [&](double error_mm) {
@@ -284,7 +284,7 @@ Result<StepSolid> MakeAt(const TopoDS_Shape& solid, double error_mm) {
 
 Result<StepSolid> Make(const TopoDS_Shape& solid, const StepReadOptions& options) {
   double error_mm = options.chord_error_mm * Coarser(solid, options);
-  // Of what the quadratic surfaces miss, the third power of the triangles' size.
+  // The quadratic surfaces' residual varies as the third power of the triangles' size.
   constexpr double kLeft_mm = 5e-4;
   constexpr int kMostRounds = 3;
   for (int round = 1;; ++round) {

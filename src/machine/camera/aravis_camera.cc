@@ -27,11 +27,11 @@ namespace {
 struct Unref {
   void operator()(void* object) const { g_object_unref(object); }
 };
-/// Owns one reference to a GObject.
+/// Owning reference to a GObject.
 template <class T>
 using Held = std::unique_ptr<T, Unref>;
 
-/// The error of one call into Aravis.
+/// Error of one call to Aravis.
 class Trouble {
  public:
   Trouble() = default;
@@ -39,7 +39,7 @@ class Trouble {
   Trouble(const Trouble&) = delete;
   Trouble& operator=(const Trouble&) = delete;
 
-  /// To hand to a call; forgets the error before.
+  /// Clears the error and returns its address.
   [[nodiscard]] GError** out() {
     g_clear_error(&error_);
     return &error_;
@@ -58,14 +58,14 @@ class Trouble {
 
 struct OpenedArvCamera {
   Held<ArvCamera> camera;
-  std::string id;  ///< as asked for, or that of the only camera
+  std::string id;  ///< requested id, or the only camera's
 };
 
 std::string TextOf(const char* text) { return text != nullptr ? text : ""; }
 
 struct FoundCamera {
   std::string id;
-  std::string line;  ///< for a list: the id, and how it is connected
+  std::string line;  ///< list entry: id and type of connection
 };
 
 std::vector<FoundCamera> LookForCameras() {
@@ -114,11 +114,11 @@ Result<std::string> TheOnlyCamera() {
       ErrorKind::kMachine);
 }
 
-/// Looks on all network interfaces and the USB; that takes one to a few seconds, which `stop` does
+/// Searches all network interfaces and the USB, which takes one to a few seconds that `stop` does
 /// not shorten.
-/// @param id  as arv-tool lists it, a serial number, or an IP address; empty: the only camera.
-/// @returns errors: kMachine with those that are there, where there is none of that id, or several
-///          and no id; kMachine where it does not open; kInterrupted.
+/// @param id  as listed by arv-tool, a serial number, or an IP address; empty: the only camera.
+/// @returns errors: kMachine with those found, if none has that id, or there are several
+///          and no id; kMachine if it does not open; kInterrupted.
 Result<OpenedArvCamera> OpenArvCamera(const std::string& id, const std::stop_token& stop) {
   std::string chosen = TRY(id.empty() ? TheOnlyCamera() : Result<std::string>(id));
   const auto stopped = [&] {
@@ -139,18 +139,18 @@ Result<OpenedArvCamera> OpenArvCamera(const std::string& id, const std::stop_tok
 constexpr std::string_view kScheme = "aravis:";
 constexpr const char* kBestFormat = "Mono8";
 
-// A quarter of a second at 30 frames/s: the client may be kept waiting that long without a loss.
+// A quarter of a second at 30 frames/s: the client may be blocked that long without a loss.
 constexpr std::size_t kMostBuffers = 8;
 constexpr std::size_t kFewestBuffers = 3;
-constexpr std::size_t kMostBufferBytes = 256'000'000;        // of all buffers, above the fewest
+constexpr std::size_t kMostBufferBytes = 256'000'000;        // all buffers, beyond the minimum
 constexpr std::size_t kMostPayloadBytes = 3 * 50'000'000UL;  // 50 megapixels of RGB
 constexpr std::size_t kMostSocketBytes = 64'000'000;
 constexpr double kLongestExposure_s = 60;
-// How late a request to stop, or the loss of the camera, is seen.
+// Maximum delay in detecting a stop request, or the loss of the camera.
 constexpr double kLook_s = 0.02;
 
-/// The wall clock and the monotonic one at a moment. What comes between two readings makes them
-/// disagree, so those are taken that lie closest together.
+/// Simultaneous readings of the wall clock and the monotonic one. A delay between the two readings
+/// makes them disagree, so the closest pair is used.
 struct Clocks {
   double wall_s = 0;
   double host_s = 0;
@@ -195,16 +195,17 @@ using Flag = std::shared_ptr<std::atomic<bool>>;
 void OnControlLost(ArvDevice*, gpointer flag) { (*static_cast<Flag*>(flag))->store(true); }
 void DropFlag(gpointer flag, GClosure*) { delete static_cast<Flag*>(flag); }
 
-/// Keeps Aravis from reading a stream past the socket, as it does for root: until its filter is in
-/// place every packet of the interface counts as the camera's, and foreign ones become pictures.
+/// Makes Aravis read a stream through the socket. As root it would bypass it, and until its filter
+/// is active every packet of the interface would count as the camera's, and foreign ones would
+/// become pictures.
 void ReadThroughSocket(ArvCamera* camera) {
   if (arv_camera_is_gv_device(camera)) {
     arv_camera_gv_set_stream_options(camera, ARV_GV_STREAM_OPTION_PACKET_SOCKET_DISABLED);
   }
 }
 
-/// Makes room for two pictures that come while the program is kept from running: the system's usual
-/// 200 kB are less than one. The kernel cuts it down to net.core.rmem_max without a word.
+/// Enlarges the socket's buffer for two pictures that arrive while the program is blocked: the
+/// system's usual 200 kB are less than one. The kernel silently limits it to net.core.rmem_max.
 void WidenSocket(ArvStream* stream, std::size_t payload_bytes) {
   if (!ARV_IS_GV_STREAM(stream)) return;
   g_object_set(stream, "socket-buffer", ARV_GV_STREAM_SOCKET_BUFFER_FIXED, "socket-buffer-size",
@@ -244,7 +245,7 @@ class AravisCamera final : public FrameSource {
   void Stamp(ArvBuffer* buffer, CapturedFrame& frame);
   std::uint64_t Sequence(std::uint64_t id);
 
-  std::string name_;  ///< its address
+  std::string name_;  ///< camera's address
   Held<ArvCamera> camera_;
   Held<ArvStream> stream_;  // ends before the camera
   int jpeg_quality_ = 0;
@@ -283,7 +284,7 @@ Result<void> AravisCamera::CheckFormat() {
   const std::string what =
       fmt::format("delivers {}, which is not read; read are {}", format, ReadPixelFormats());
   if (read.empty()) return Broken(what + ", and it offers none of these");
-  // Grey where there is a choice: a Bayer pattern moves edges.
+  // Prefers grey: a Bayer pattern shifts edges.
   const bool grey = std::find(read.begin(), read.end(), kBestFormat) != read.end();
   return Broken(fmt::format("{}: set it with arv-tool-0.8 -n {} control PixelFormat={}", what,
                             name_.substr(kScheme.size()), grey ? kBestFormat : read.front()));
@@ -310,7 +311,7 @@ Result<void> AravisCamera::CheckSize() {
   return {};
 }
 
-/// Not every camera tells it; the capture times are then those of the first packets.
+/// Not every camera reports it; the capture times are then those of the first packets.
 void AravisCamera::ReadExposure() {
   Trouble trouble;
   if (!arv_camera_is_exposure_time_available(camera_.get(), trouble.out())) return;
@@ -374,7 +375,7 @@ void AravisCamera::Stamp(ArvBuffer* buffer, CapturedFrame& frame) {
   frame.sequence = Sequence(arv_buffer_get_frame_id(buffer));
 }
 
-/// Cameras of GigE Vision 1 count in 16 bits and leave out the 0.
+/// Unwraps the 16-bit counter of GigE Vision 1, which skips 0.
 std::uint64_t AravisCamera::Sequence(std::uint64_t id) {
   constexpr std::uint64_t kTurn = 65535;
   if (id < last_id_ && last_id_ <= kTurn && last_id_ - id > kTurn / 2) id_base_ += kTurn;
@@ -392,7 +393,7 @@ Result<CapturedFrame> AravisCamera::FrameOf(ArvBuffer* buffer) {
     frame.height_px = height_px_;
     frame.fault = FrameFault::kCutOff;
     frame.fault_text = StatusText(status);
-    return frame;  // without time and number: those of the buffer may be an earlier picture's
+    return frame;  // no time or number: the buffer's may be from an earlier picture
   }
   Stamp(buffer, frame);
   RawPicture raw;

@@ -26,7 +26,7 @@ using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 using ::testing::Not;
 
-constexpr double kPatience_s = 10;  // on a machine under load
+constexpr double kPatience_s = 10;  // sized for a loaded machine
 constexpr int kSide_px = 512;       // of the camera in the process
 // A picture that fits the smallest socket buffer: who is not root and waits for a processor loses
 // packets of a larger one.
@@ -57,7 +57,7 @@ GigE MakeGigE() {
   return camera;
 }
 
-/// Without the cameras that may really be there.
+/// Test fixture that ignores real cameras.
 class AravisCameraTest : public testing::Test {
  protected:
   void SetUp() override {
@@ -250,7 +250,7 @@ TEST_F(AravisGigETest, AStopEndsTheWait) {
   EXPECT_LT(HostNow() - asked_s, kPatience_s);
 }
 
-// As when another program takes the camera: its next heartbeat, a second later, finds out.
+// Given another program that takes the camera, its next heartbeat, a second later, detects it.
 TEST_F(AravisGigETest, ACameraThatIsLostInMidStreamIsAnError) {
   const GigE device = MakeGigE();
   const auto camera = Opened("aravis:127.0.0.1");

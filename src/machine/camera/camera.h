@@ -1,4 +1,4 @@
-// Cameras: where the frames of a sweep come from, one seam for all of them.
+// Cameras: one interface to all sources of a sweep's frames.
 #pragma once
 
 #include <cstddef>
@@ -16,7 +16,7 @@
 
 namespace trammel::machine {
 
-/// The clock on which a source states its times.
+/// Clock of a source's time stamps.
 enum class CameraClock {
   kOurs,             ///< CLOCK_MONOTONIC of this machine (a V4L2 device here)
   kCameraMonotonic,  ///< CLOCK_MONOTONIC of the machine that the camera hangs on; it may be this
@@ -33,13 +33,13 @@ struct CameraTime {
   CameraClock clock = CameraClock::kCameraMonotonic;
 };
 
-/// What is wrong with a frame. Such a frame is delivered, so that it is counted and its time is
-/// known, but it must be neither stored with the others nor scored.
+/// Fault of a frame. Such a frame is delivered, to be counted and timed, but must be neither stored
+/// with the others nor scored.
 enum class FrameFault {
   kNone,
   kNotAnImage,  ///< the bytes do not begin like a JPEG, or state no size
   kCutOff,      ///< a JPEG without its end, raw pixels of which some are missing
-  kOtherSize,   ///< of another size than the first sound frame
+  kOtherSize,   ///< size differs from the first valid frame's
   kNoSignal,    ///< the server says that its camera is not there and sends a placeholder
   kTimeJumped,  ///< a sound picture, whose capture time is not after the one before
 };
@@ -47,45 +47,44 @@ enum class FrameFault {
 /// "cut_off" and so on, as written beside recordings.
 [[nodiscard]] std::string_view ToString(FrameFault fault);
 
-/// One picture as the source gave it: not decoded, not encoded again. (Raw pixels are encoded
+/// Picture as delivered by the source: neither decoded nor re-encoded. (Raw pixels are encoded
 /// once.)
 struct CapturedFrame {
   std::vector<std::uint8_t> image;  ///< JPEG or PNG; see DecodeFrame()
   int width_px = 0;                 ///< >= 1 unless fault is kNotAnImage
   int height_px = 0;                ///< >= 1 unless fault is kNotAnImage
-  /// Its last byte was here, or, of an industrial camera, it was fetched; our CLOCK_MONOTONIC.
+  /// Arrival of its last byte or, from an industrial camera, its fetch; our CLOCK_MONOTONIC.
   double arrival_s = 0;
-  std::optional<CameraTime> captured;  ///< when it was taken (see docs/howto/cameras.md), if known
-  std::optional<CameraTime> sent;      ///< when the server began to send it, if known
+  std::optional<CameraTime> captured;     ///< capture time, if known (see docs/howto/cameras.md)
+  std::optional<CameraTime> sent;         ///< start of transmission by the server, if known
   std::optional<std::uint64_t> sequence;  ///< counts the camera's frames, so that a gap is a loss
   FrameFault fault = FrameFault::kNone;
-  std::string fault_text;  ///< what exactly is wrong; empty where nothing is
+  std::string fault_text;  ///< exact fault; empty if none
 };
 
-/// A camera, or something that stands in for one.
+/// Camera, or a substitute for one.
 ///
 /// A live camera does not wait: call Next() from a thread that does little else, or the arrival
-/// times of frames tell when they were fetched rather than when they came.
+/// times of frames are those of fetching.
 class FrameSource {
  public:
   virtual ~FrameSource() = default;
 
-  /// The next frame; absent after the last one of a file or folder (a live camera has no last one).
-  /// A damaged frame is a frame with a fault, not an error.
-  /// @param time_limit_s  > 0; how long to wait for a complete frame.
+  /// Returns the next frame; absent after the last one of a file or folder (a live camera has no
+  /// last one). A damaged frame is a frame with a fault, not an error.
+  /// @param time_limit_s  > 0; maximum wait for a complete frame.
   /// @param stop          ends the wait at once.
-  /// @returns errors: kMachine where the camera is gone, the stream ended, stalled for the time
-  /// limit
-  ///          or breaks the protocol beyond recovery (the source is then of no more use, except
-  ///          after a stall); kMeasurement where a recording cannot be read; kInterrupted by
+  /// @returns errors: kMachine if the camera is gone, the stream ended, stalled for the time limit
+  ///          or violates the protocol irrecoverably (the source is then unusable, except
+  ///          after a stall); kMeasurement if a recording cannot be read; kInterrupted by
   ///          `stop`.
   [[nodiscard]] virtual Result<std::optional<CapturedFrame>> Next(double time_limit_s,
                                                                   std::stop_token stop) = 0;
 
-  /// One line for logs: what this is, the size of its frames where known, and its clock.
+  /// Returns one line for logs: kind of source, frame size if known, and clock.
   [[nodiscard]] virtual std::string Describe() const = 0;
 
-  /// Whether frames come at their own pace, so that what is not fetched is lost or late.
+  /// True if frames arrive at the camera's own pace: one that is not fetched is lost or late.
   [[nodiscard]] virtual bool live() const = 0;
 };
 
@@ -95,10 +94,9 @@ struct CameraOptions {
   double frames_per_s = 30;  ///< likewise
   double connect_time_limit_s = 5;  ///< > 0; name look-up, connection, TLS and first answer
   std::size_t max_frame_bytes = 16'000'000;  ///< of one picture; not for a camera without MJPEG
-  /// Of the pictures of a camera that delivers raw pixels: 1 … 100 as JPEG; 0 as PNG,
-  /// without a loss.
+  /// Encoding of the pictures of a camera with raw pixels: 1 … 100 as JPEG; 0 as lossless PNG.
   int jpeg_quality = 0;
-  bool verify_certificate = true;  ///< of an https server
+  bool verify_certificate = true;  ///< HTTPS servers only
   std::filesystem::path ca_file;   ///< certificates to trust besides the system's; may be empty
 };
 
@@ -109,23 +107,23 @@ struct CameraOptions {
 ///                                                   the one of that id, serial number or address
 ///   a file                                          an MJPEG video
 ///   a folder                                        its JPEG and PNG files, in the order of names
-/// @returns errors that name the address, what came back and what to do: kMachine for cameras,
+/// @returns errors that state the address, the cause and the remedy: kMachine for cameras,
 ///          kMeasurement for a file or folder, kInput for an address that is none of these.
 [[nodiscard]] Result<std::unique_ptr<FrameSource>> OpenCamera(const std::string& address,
                                                               const CameraOptions& options = {},
                                                               std::stop_token stop = {});
 
-/// The picture of a frame as 8-bit BGR, in the sensor's pixels, whatever EXIF says. Errors
-/// (kMeasurement): damaged, or larger than 50 megapixels.
+/// Decodes a frame to 8-bit BGR, in the sensor's pixels, ignoring EXIF. Errors (kMeasurement):
+/// damaged, or larger than 50 megapixels.
 [[nodiscard]] Result<Frame> DecodeFrame(const CapturedFrame& frame);
 
-/// Remembers size and time from one frame of a source to the next. Does not decode.
+/// Checks size and time from one frame of a source to the next. Does not decode.
 class FrameChecker {
  public:
-  /// Fills in width, height, fault and fault_text. A fault that is already set stays.
+  /// Fills in width, height, fault and fault_text. A fault that is already set is unchanged.
   void Check(CapturedFrame& frame);
 
-  /// The size of the first sound frame; 0 x 0 before it.
+  /// Width of the first sound frame; 0 before it.
   [[nodiscard]] int width_px() const { return width_px_; }
   [[nodiscard]] int height_px() const { return height_px_; }
 

@@ -16,7 +16,7 @@ namespace {
 constexpr std::size_t kLongestUrl = 4096;
 constexpr std::size_t kLongestShown = 300;
 
-/// For messages.
+/// Formats an address for messages.
 std::string Shown(std::string_view address) {
   return Utf8OrReplaced(WithoutSecrets(address), kLongestShown);
 }

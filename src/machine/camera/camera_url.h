@@ -1,4 +1,4 @@
-// The parts of a camera's address.
+// Parts of a camera's address.
 #pragma once
 
 #include <string>
@@ -14,9 +14,9 @@ struct CameraUrl : HostAndPort {
   std::string user;          ///< decoded; empty where none is stated
   std::string password;
 
-  /// Without user and password.
+  /// Returns the URL without user and password.
   [[nodiscard]] std::string Address() const;
-  /// For messages and recordings: also without secrets in the query, and fit to be shown.
+  /// Returns the URL for messages and recordings: also without secrets in the query, and printable.
   [[nodiscard]] std::string ToString() const;
 };
 
@@ -24,7 +24,7 @@ struct CameraUrl : HostAndPort {
 /// Errors (kInput) name what is missing or wrong; control characters are refused.
 [[nodiscard]] Result<CameraUrl> ParseCameraUrl(const std::string& text);
 
-/// Whether the text begins with http:// or https://, in any case of letters.
+/// True if the text begins with http:// or https://, in any case of letters.
 [[nodiscard]] bool IsHttpUrl(const std::string& text);
 
 }  // namespace trammel::machine

@@ -19,7 +19,7 @@ constexpr std::string_view kBetween = ", \t=";  // words of a field
 
 /// "Digest" and what belongs to it: names in small letters, values without their quotation marks.
 struct Challenge {
-  std::string scheme;  ///< in small letters
+  std::string scheme;  ///< lower case
   std::vector<std::pair<std::string, std::string>> parameters;
 
   [[nodiscard]] std::string Value(std::string_view name) const {
@@ -45,7 +45,7 @@ class Scanner {
     while (!done() && !IsBlank(text_[at_]) && text_[at_] != ',' && text_[at_] != '=') ++at_;
     return std::string(text_.substr(begin, at_ - begin));
   }
-  /// Takes "=" with blanks around it.
+  /// Parses "=" with blanks around it.
   bool TakeEquals() {
     std::size_t next = at_;
     while (next < text_.size() && IsBlank(text_[next])) ++next;
@@ -70,7 +70,8 @@ class Scanner {
   std::size_t at_ = 0;
 };
 
-// A word that no "=" follows begins a challenge, any other is a parameter of the one before.
+// Splits challenges: a word without "=" after it begins one, others are parameters of the one
+// before.
 std::vector<Challenge> Challenges(std::string_view field) {
   std::vector<Challenge> challenges;
   Scanner scanner(field);
@@ -96,7 +97,7 @@ std::string Hash(const DigestChallenge& challenge, const std::string& text) {
   return hex;
 }
 
-/// In quotation marks; what would end the line is left out.
+/// Quotes a text; drops characters that would end the line.
 std::string Quoted(const std::string& text) {
   std::string quoted = "\"";
   for (const char c : text) {

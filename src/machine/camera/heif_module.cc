@@ -1,5 +1,5 @@
-// trammel-heif.so: HEIC pictures by libheif, in a process of its own: nothing else bounds what a
-// hostile one takes.
+// trammel-heif.so: HEIC pictures by libheif, in a separate process, the only limit on a hostile
+// one's memory and time.
 #include <fmt/format.h>
 #include <libheif/heif.h>
 
@@ -21,7 +21,7 @@
 namespace trammel::machine {
 namespace {
 
-constexpr int kMostSeconds = 30;                   // of computing
+constexpr int kMostSeconds = 30;                   // CPU time
 constexpr std::int64_t kMostPixels = 110'000'000;  // phones have up to 108 megapixels
 constexpr std::uint64_t kMostBytes = std::uint64_t{1400} << 20U;
 
@@ -57,8 +57,8 @@ Frame Shrunk(const Image& image, const Size& size, int reduction) {
   return frame;
 }
 
-// libheif turns and mirrors the picture as its file says; what EXIF says of it beside is not for
-// readers.
+// libheif rotates and mirrors the picture by the file's own properties; readers must ignore its
+// EXIF orientation.
 Result<Frame> DecodeHere(std::span<const std::uint8_t> bytes, const ImageReadOptions& options) {
   constexpr int kLongestSide_px = 32768;
   const Context context(heif_context_alloc(), &heif_context_free);
@@ -101,9 +101,9 @@ void SendFrame(const Frame& frame, const ChildSender& sender) {
   sender.Send(kEnd, std::string_view());
 }
 
-// The frame as it comes from the other process, whose word on its size is taken within bounds.
+// Receives the frame from the other process, and checks its stated size against limits.
 Result<Frame> TakeFrame(ChildProcess& child, std::size_t bytes) {
-  constexpr double kSilence_s = 120;  // its seconds of computing are limited; a machine may be busy
+  constexpr double kSilence_s = 120;  // for a busy machine: CPU time is limited separately
   Frame frame;
   std::size_t filled = 0;
   ChildMessage message;

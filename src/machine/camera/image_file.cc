@@ -98,7 +98,7 @@ Result<ImageHeader> JpegHeader(std::span<const std::uint8_t> bytes) {
   return ImageHeader{ImageFormat::kJpeg, outline.width_px, outline.height_px};
 }
 
-/// Whether a decoder would have to do far more for it than such a picture should cost.
+/// Checks that decoding is not far more expensive than such a picture justifies.
 Result<void> CheckCostOf(std::span<const std::uint8_t> bytes, ImageFormat format) {
   if (format == ImageFormat::kPng) {
     const auto outline = image::OutlineOfPng(bytes);
@@ -111,7 +111,7 @@ Result<void> CheckCostOf(std::span<const std::uint8_t> bytes, ImageFormat format
 cv::Mat PixelsOf(Frame& frame) { return {frame.height, frame.width, CV_8UC3, frame.bgr.data()}; }
 
 Result<Frame> DecodeJpeg(std::span<const std::uint8_t> bytes, int reduction, bool turn) {
-  // Cameras leave bytes between the picture and its end, which decoders warn of.
+  // Cameras write extra bytes between the picture and its end, of which decoders warn.
   auto jpeg = TRY(image::JpegReader::Open(bytes, image::JpegDamage::kFillIn));
   TRY(jpeg.Start(image::JpegPixels::kBgr, reduction));
   Frame frame(jpeg.row_px(), jpeg.rows());
@@ -147,12 +147,13 @@ Result<Frame> Decode(std::span<const std::uint8_t> bytes, const ImageHeader& hea
 
 }  // namespace
 
-// Decoders fill the missing part of a truncated file with grey and say nothing.
+// True if the file is truncated; decoders silently fill the missing part with grey.
 bool EndsEarly(std::span<const std::uint8_t> bytes, ImageFormat format) {
   if (format == ImageFormat::kPng) {
     return std::search(bytes.begin(), bytes.end(), kPngEnd.begin(), kPngEnd.end()) == bytes.end();
   }
-  // The picture's end, not that of a thumbnail in the header: behind the first scan of the picture.
+  // Finds the end of the picture itself, not of a thumbnail in the header: after the picture's
+  // first scan.
   std::size_t at = 2;
   while (at + 4 <= bytes.size() && bytes[at] == 0xFF && bytes[at + 1] != 0xDA) {
     const bool bare = bytes[at + 1] == 0xFF || bytes[at + 1] == 0x01 ||

@@ -53,7 +53,7 @@ Bytes HugePngHeader(std::uint32_t width, std::uint32_t height) {
   return bytes;
 }
 
-/// As people see it.
+/// Decodes a picture upright, by EXIF.
 Result<Frame> DecodeTurned(std::span<const std::uint8_t> bytes) {
   ImageReadOptions options;
   options.turn_by_exif = true;

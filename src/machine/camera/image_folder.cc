@@ -20,7 +20,7 @@ namespace fs = std::filesystem;
 
 bool IsDigit(char c) { return c >= '0' && c <= '9'; }
 
-/// The digits at the text's front, without leading zeros; they are removed from the text.
+/// Removes the digits at the front of the text and returns them without leading zeros.
 std::string_view TakeNumber(std::string_view& text) {
   std::size_t end = 0;
   while (end < text.size() && IsDigit(text[end])) ++end;

@@ -19,9 +19,10 @@
 namespace trammel::machine {
 namespace {
 
-constexpr std::size_t kLongestShown = 300;  // of what a server says
+constexpr std::size_t kLongestShown = 300;  // excerpt of a server's message
 constexpr std::size_t kReadBytes = 64 * 1024;
-/// Seconds since 1970 exceed it since 2001; a monotonic clock would take 31 years.
+/// Threshold of wall-clock times: 1970-based seconds exceed it since 2001; a monotonic clock would
+/// take 31 years.
 constexpr double kWallClockFrom_s = 1e9;
 
 tl::unexpected<Error> About(const std::string& address, const Error& error) {
@@ -78,13 +79,13 @@ std::string Request(const CameraUrl& url, const std::string& target,
   return text + "\r\n";
 }
 
-/// The field in which a server names how it wants to be told user and password.
+/// Returns the field with the server's authentication challenge.
 std::string Challenge(const HttpHead& head) {
   const auto field = head.fields.find("www-authenticate");
   return field == head.fields.end() ? "" : field->second;
 }
 
-/// What a status other than 200 means for the user.
+/// Explains a status other than 200 to the user.
 std::string Refusal(const HttpHead& head, const CameraUrl& url) {
   const std::string status = fmt::format("HTTP {} {}", head.status, head.reason);
   if (head.status == 401 || head.status == 403) {
@@ -114,7 +115,7 @@ std::string Refusal(const HttpHead& head, const CameraUrl& url) {
   return status + "; check the address";
 }
 
-/// The boundary of a stream of pictures, or what else this is.
+/// Returns the boundary of a stream of pictures, or an error with the actual content.
 Result<std::string> BoundaryOf(const HttpHead& head) {
   const auto field = head.fields.find("content-type");
   const std::string type = field == head.fields.end() ? "" : field->second.substr(0, 200);
@@ -131,7 +132,7 @@ Result<std::string> BoundaryOf(const HttpHead& head) {
               ErrorKind::kMachine);
 }
 
-/// Asks, and once more where the server wants user and password by Digest.
+/// Sends the request, and repeats it if the server requires Digest authentication.
 Result<HttpAnswer> AskWithPassword(const CameraUrl& url, const std::string& target,
                                    const CameraOptions& options, double deadline_s,
                                    const std::stop_token& stop) {
@@ -147,7 +148,7 @@ Result<HttpAnswer> AskWithPassword(const CameraUrl& url, const std::string& targ
   if (!opened || opened->head.status != 401 || url.user.empty()) return opened;
   const auto challenge = ParseDigest(Challenge(opened->head));
   if (!challenge) return opened;
-  std::random_device chance;  // of the system: a nonce stands in no result
+  std::random_device chance;  // system randomness: nonces affect no result
   const std::string nonce = fmt::format("{:08x}{:08x}", chance(), chance());
   const std::string answer = DigestAnswer(*challenge, url.user, url.password, target, nonce);
   return SendHttp(endpoint, Request(url, target, answer), deadline_s, stop);
@@ -181,7 +182,7 @@ class MjpegStream final : public FrameSource {
   ChunkDecoder chunks_;
   std::vector<std::uint8_t> pending_;
   std::vector<std::uint8_t> payload_;
-  mutable std::mutex seen_mutex_;  // of what follows: it is described while frames come
+  mutable std::mutex seen_mutex_;  // guards the members below, read while frames arrive
   FrameChecker checker_;
   std::optional<CameraClock> clock_;
   std::uint64_t frames_ = 0;  // written by Next alone, which reads it without the mutex
@@ -267,7 +268,7 @@ void ReadFrameFields(const HeaderFields& fields, CapturedFrame& frame) {
     frame.sent = CameraTime{*send, kCameraMonotonic};
   }
   if (const auto stamp = Number(fields, "x-timestamp")) {
-    // ustreamer states the wall clock at sending here, mjpg-streamer the kernel's time of capture.
+    // Here ustreamer states the wall clock at sending, mjpg-streamer the kernel's capture time.
     const bool wall = *stamp >= kWallClockFrom_s;
     if (wall && !frame.sent) frame.sent = CameraTime{*stamp, kCameraWall};
     if (!wall && !frame.captured) frame.captured = CameraTime{*stamp, kCameraMonotonic};

@@ -27,7 +27,7 @@ using test::ScriptedHttp;
 using ::testing::AllOf;
 using ::testing::HasSubstr;
 
-constexpr double kPatience_s = 5;  // for what comes at once; never waited for in a passing test
+constexpr double kPatience_s = 5;  // for immediate events; never reached in a passing test
 constexpr double kImpatience_s = 0.05;
 
 std::string Picture(int phase = 0, int width = 64, int height = 48) {
@@ -330,7 +330,7 @@ TEST(DigestAuth, WhatCannotBeAnsweredIsNone) {
         "nonce=\"n\"", "=,=,\"", "Digest nonce=\"", "Bearer nonce=\"n\""}) {
     EXPECT_EQ(AnswerTo(field), "none") << field;
   }
-  // Without qop as of RFC 2069, and what a server writes into its words ends no line of ours.
+  // Answers without qop follow RFC 2069, and a server's text cannot end a line of the request.
   EXPECT_THAT(AnswerTo("digest nonce = \"n\\\"\r\nX: 1\""),
               AllOf(HasSubstr("nonce=\"n\\\"X: 1\""), Not(HasSubstr("cnonce"))));
 }

@@ -13,7 +13,7 @@
 namespace trammel::machine {
 namespace {
 
-/// The module that decodes a picture, by its first bytes; none for those that need no module.
+/// Returns the module that decodes a picture, by its first bytes; null if none is needed.
 const ModuleName* ModuleFor(std::span<const std::uint8_t> bytes) {
   constexpr std::size_t kHead = 12;
   if (bytes.size() < kHead) return nullptr;

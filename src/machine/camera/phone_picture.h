@@ -1,4 +1,4 @@
-// Reads photos as phones store them: JPEG, PNG, WebP and HEIC files.
+// Reads photos in the formats of phones: JPEG, PNG, WebP and HEIC files.
 #pragma once
 
 #include <cstdint>
@@ -11,21 +11,21 @@
 
 namespace trammel::machine {
 
-/// What the modules with libwebp and libheif do: trammel-webp.so, trammel-heif.so. Both decode
+/// Interface of the modules with libwebp and libheif: trammel-webp.so, trammel-heif.so. Both fulfil
 /// DecodePhoto()'s contract for a picture of their format.
 struct PictureModule {
   Result<Frame> (*decode)(std::span<const std::uint8_t> bytes, const ImageReadOptions& options);
 };
 
-/// DecodeImage(), and WebP and HEIC beside it, which modules loaded on demand decode. The picture
-/// is turned as viewers show it: people name its sides. Of a file with several pictures the main
-/// one is taken; an animation is refused.
-/// @returns errors (kInput): those of DecodeImage(), and where the module or its libraries are
-///          missing.
+/// Decodes as DecodeImage(), and also WebP and HEIC, by modules loaded on demand. The picture is
+/// rotated as viewers show it, since people name its sides. Decodes the main picture of several;
+/// rejects an animation.
+/// @returns errors (kInput): those of DecodeImage(), and a missing module or
+///          library.
 [[nodiscard]] Result<Frame> DecodePhoto(std::span<const std::uint8_t> bytes,
                                         const ImageReadOptions& options = {});
 
-/// The same from a file; messages name it.
+/// Does the same for a file, which messages name.
 [[nodiscard]] Result<Frame> ReadPhotoFile(const std::filesystem::path& path,
                                           const ImageReadOptions& options = {});
 

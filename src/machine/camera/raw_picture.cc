@@ -16,8 +16,8 @@
 namespace trammel::machine {
 namespace {
 
-constexpr std::int64_t kMostPixels = 50'000'000;  // that DecodeFrame() reads
-constexpr int kLongestSide_px = 65'500;           // of a JPEG
+constexpr std::int64_t kMostPixels = 50'000'000;  // limit of DecodeFrame()
+constexpr int kLongestSide_px = 65'500;           // JPEG's limit
 
 struct ReadFormat {
   std::uint32_t code = 0;
@@ -29,7 +29,7 @@ struct ReadFormat {
 };
 
 // GenICam names a Bayer pattern by its first two pixels, OpenCV by the second and third pixel of
-// the second row: the colours are exchanged.
+// the second row: the colours are swapped.
 constexpr std::array<ReadFormat, 7> kFormats = {{
     {0x01080001, "Mono8", 1, ReadFormat::kAsItIs},
     {0x01080008, "BayerGR8", 1, cv::COLOR_BayerGB2BGR},
@@ -112,11 +112,11 @@ Result<std::vector<std::uint8_t>> ToPicture(const RawPicture& raw, int jpeg_qual
 
 namespace {
 
-// A scheduler may come between the two readings; a clock that is being steered runs off by at most
-// 500 ppm (adjtimex), by twice that against another one that is.
+// A scheduler may interrupt between the two readings. A steered clock drifts by at most 500 ppm
+// (adjtimex), by twice that against another one.
 constexpr double kApart_s = 0.005;
 constexpr double kSteered = 1e-3;
-// More than the frames that wait in a queue take to be fetched.
+// Longer than fetching all frames in a queue takes.
 constexpr double kDoubtful_s = 2;
 
 }  // namespace

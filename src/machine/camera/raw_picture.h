@@ -1,4 +1,4 @@
-// Raw pixels and time stamps, as industrial cameras send them, made into what others can read.
+// Converts raw pixels and time stamps of industrial cameras to common formats.
 #pragma once
 
 #include <cstddef>
@@ -12,16 +12,16 @@
 
 namespace trammel::machine {
 
-/// One picture in memory, as GenICam cameras deliver it.
+/// Picture in memory, as GenICam cameras deliver it.
 struct RawPicture {
-  std::uint32_t pixel_format = 0;  ///< by the pixel format naming convention (PFNC) of GenICam
+  std::uint32_t pixel_format = 0;  ///< code of GenICam's pixel format naming convention (PFNC)
   int width_px = 0;
   int height_px = 0;
   std::size_t row_padding_bytes = 0;  ///< behind each row
   std::span<const std::uint8_t> bytes;
 };
 
-/// Whether ToPicture() reads it.
+/// True if ToPicture() reads the format.
 [[nodiscard]] bool IsReadPixelFormat(std::uint32_t pixel_format);
 
 /// "Mono8, BayerGR8, …": those that are read, for messages.
@@ -30,15 +30,15 @@ struct RawPicture {
 /// "Mono8"; where it is not one of those that are read, its number.
 [[nodiscard]] std::string PixelFormatName(std::uint32_t pixel_format);
 
-/// Bayer patterns are interpolated (bilinear), everything else keeps its values.
-/// @param jpeg_quality  0: PNG, without a loss (grey stays one channel); 1 … 100: JPEG.
-/// @returns errors (kMachine): a format that is not read, a size below 1 px or above 50
+/// Interpolates Bayer patterns (bilinear); other values are unchanged.
+/// @param jpeg_quality  0: PNG, lossless (grey keeps one channel); 1 … 100: JPEG.
+/// @returns errors (kMachine): an unsupported format, a size below 1 px or above 50
 ///          megapixels, fewer bytes than the size needs.
 [[nodiscard]] Result<std::vector<std::uint8_t>> ToPicture(const RawPicture& raw, int jpeg_quality);
 
-/// A library that stamps with the wall clock leaves it to its user that this clock can be set. The
-/// two clocks are compared at each frame; where the wall clock was set in between, frames that were
-/// stamped before cannot be told from those stamped after, and get no time for a while.
+/// Converts stamps of the wall clock, which may be set meanwhile, by comparing the two clocks at
+/// each frame. After the wall clock was set, frames stamped before and after cannot be
+/// distinguished and get no time for a while.
 class WallStamps {
  public:
   /// @param wall_s      the stamp, s since 1970.
@@ -53,7 +53,7 @@ class WallStamps {
  private:
   std::optional<double> offset_s_;  ///< wall clock minus monotonic clock
   double compared_s_ = 0;
-  std::optional<double> set_s_;  ///< when the wall clock was last seen to have been set
+  std::optional<double> set_s_;  ///< time of the last detected change of the wall clock
 };
 
 }  // namespace trammel::machine

@@ -115,7 +115,7 @@ TEST(RawPicture, WhatCannotBeReadIsNamed) {
 }
 
 constexpr double kEpoch_s = 1.7e9;
-// Of a double at 1.7e9 s.
+// Resolution of a double at 1.7e9 s.
 constexpr double kGrain_s = 1e-6;
 
 TEST(WallStamps, LieOnTheMonotonicClock) {

@@ -21,7 +21,7 @@
 namespace trammel::machine {
 namespace {
 
-/// A quarter of a second at 30 frames/s: the client may be kept waiting that long without a loss.
+/// A quarter of a second at 30 frames/s: the client may be blocked that long without a loss.
 constexpr unsigned kBuffers = 8;
 
 class System final : public DeviceCalls {
@@ -166,7 +166,7 @@ Result<void> V4l2Camera::SetFormat(const CameraOptions& options) {
   return {};
 }
 
-/// Not every device lets its rate be chosen; what it says is kept.
+/// Sets the rate, if the device supports it; records the device's answer.
 void V4l2Camera::SetRate(double frames_per_s) {
   v4l2_streamparm rate{};
   rate.type = V4L2_BUF_TYPE_VIDEO_CAPTURE;

@@ -15,7 +15,7 @@
 namespace trammel::machine {
 namespace {
 
-/// 1 … 8, of the EXIF chunk; 1 without one.
+/// Returns the orientation in the EXIF chunk, 1 … 8; 1 without one.
 int OrientationOf(std::span<const std::uint8_t> bytes) {
   const auto whole = [&](std::size_t at) {
     return static_cast<std::size_t>(bytes[at]) | static_cast<std::size_t>(bytes[at + 1]) << 8U |
@@ -27,7 +27,7 @@ int OrientationOf(std::span<const std::uint8_t> bytes) {
     const std::size_t size = std::min(whole(at + 4), bytes.size() - at - kHead);
     if (std::memcmp(bytes.data() + at, "EXIF", 4) == 0) {
       std::span<const std::uint8_t> exif = bytes.subspan(at + kHead, size);
-      constexpr std::string_view kPrefix("Exif\0\0", 6);  // as in a JPEG; some programs leave it
+      constexpr std::string_view kPrefix("Exif\0\0", 6);  // JPEG's prefix, kept by some programs
       if (exif.size() >= kPrefix.size() &&
           std::memcmp(exif.data(), kPrefix.data(), kPrefix.size()) == 0) {
         exif = exif.subspan(kPrefix.size());

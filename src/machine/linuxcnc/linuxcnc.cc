@@ -26,12 +26,12 @@ constexpr double kShortestPiece = 0.01;  // mm or degrees
 constexpr double kArrived = 1e-3;        // mm or degrees
 constexpr double kHeld_deg = 0.01;
 constexpr double kFarthest_deg = 3600;  // of C from 0: cables end somewhere
-// LinuxCNC shows six decimals.
+// Tolerance of LinuxCNC's six displayed decimals.
 constexpr double kShown = 1.1e-6;
 constexpr int kFirstParameter = 5221;  // X of G54
 constexpr int kParametersPerSlot = 20;
 
-/// False once stopped.
+/// Waits; false once stopped.
 bool Pause(const std::stop_token& stop) {
   return WaitForFd(-1, 0, HostNow() + kPoll_s, stop) != Waited::kStopped;
 }
@@ -122,7 +122,7 @@ Result<LinuxCncMotion> LinuxCnc::Motion(const std::stop_token& stop) {
   auto motion = session_->Motion(stop);
   if (!motion) return motion;
   TRY(CheckMode(motion->mode));
-  // Before the axes are homed, their limits say nothing.
+  // Before the axes are homed, their limits are meaningless.
   TRY(CheckToldPlace(motion->position.head<3>(), travel_known_ ? travel_ : LinuxCncTravel()));
   return motion;
 }
@@ -190,7 +190,7 @@ Result<void> LinuxCnc::MoveOnce(Driven driven, const Vector4d& to, double feed_m
                                   : fmt::format("X{:.6f} Y{:.6f} Z{:.6f}", to.x(), to.y(), to.z());
   const auto move = fmt::format("G21 G90 G94 G53 G1 {} F{:.3f}", words, feed_min);
   TRY(session_->Move(move, stop));
-  // A machine that comes closer is on its way, however slowly: feed override, a busy computer.
+  // A machine that approaches is still moving, however slowly: feed override, a busy computer.
   constexpr double kPatience = 20;  // limits, for the whole move
   const double end_s = HostNow() + kPatience * time_limit_s;
   double deadline_s = HostNow() + time_limit_s;
@@ -199,7 +199,7 @@ Result<void> LinuxCnc::MoveOnce(Driven driven, const Vector4d& to, double feed_m
     const auto now = TRY(Motion(stop));
     const double off = off_by(now.position);
     if (off < kArrived && now.idle) return {};
-    // One that ended where it was to go may settle a little later.
+    // A move that reached its target may settle a little later.
     if (now.idle && off_by(now.commanded) >= kArrived) {
       return Broken(
           fmt::format("the move to {} ended at {}: somebody aborted it, or LinuxCNC "
@@ -243,7 +243,7 @@ Result<void> LinuxCnc::Drive(Driven driven, const Vector4d& to, double feed_min,
   TRAMMEL_CHECK(feed_min >= 10 && feed_min <= 1e5, "feed = {} mm/min or deg/min", feed_min);
   const auto state = TRY(State(stop));
   TRY(CheckMode(state.mode));
-  // What limits the trajectory holds for moves in mm.
+  // The trajectory's limits apply to moves in mm.
   const double fastest_min = driven == Driven::kXyz ? 60 * state.fastest_mm_s : feed_min;
   const double true_feed_min = std::min(feed_min * state.feed_override, fastest_min);
   const double piece = std::max(kShortestPiece, true_feed_min / 60 * kLeash_s);
@@ -332,7 +332,7 @@ Result<void> LinuxCnc::WriteOffset(int slot, const LinuxCncOffset& offset,
   }
   const auto after = TRY(ReadOffsets(slot, stop));
   const LinuxCncOffset& kept = after.offset;
-  // Rotations are the same a whole turn apart.
+  // Rotations are equal modulo a whole turn.
   const double turn_deg = std::remainder(kept.rotation_deg - offset.rotation_deg, 360.0);
   if ((kept.origin_mm - at).cwiseAbs().maxCoeff() > kShown || std::abs(turn_deg) > kShown) {
     return Broken(fmt::format(

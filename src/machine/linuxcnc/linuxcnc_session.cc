@@ -20,7 +20,7 @@ namespace {
 using Eigen::Vector3d;
 using nlohmann::json;
 
-// NaN lies nowhere.
+// NaN is outside of any range.
 bool Within(const Vector3d& mm, const Vector3d& low_mm, const Vector3d& high_mm) {
   return (mm.array() >= low_mm.array()).all() && (mm.array() <= high_mm.array()).all();
 }
@@ -33,7 +33,7 @@ std::string Text(const LinuxCncTravel& travel) {
   return fmt::format("{} … {} mm", At(travel.low_mm), At(travel.high_mm));
 }
 
-constexpr int kMostJoints = 16;  // of LinuxCNC
+constexpr int kMostJoints = 16;  // LinuxCNC's limit
 constexpr double kJoin_s =
     20;  // Python starts and loads LinuxCNC's libraries, on a busy computer too
 
@@ -46,8 +46,7 @@ std::string TextOf(const json& value) {
   return value.dump(-1, ' ', false, json::error_handler_t::replace);
 }
 
-// The answer to the request of that number; absent for one to an earlier request, which was given
-// up.
+// Returns the answer to the request of that number; absent for a late one to an earlier request.
 Result<std::optional<json>> Understood(const std::string& line, int id) {
   auto answer = ParseBoundedJson(line, "LinuxCNC's helper");
   if (!answer || !answer->is_object()) return Strange(line);
@@ -63,7 +62,7 @@ Result<std::optional<json>> Understood(const std::string& line, int id) {
               unsafe ? ErrorKind::kSafety : ErrorKind::kMachine);
 }
 
-// Reads members of an answer; `sound` is false once one was absent or of another kind.
+// Reads members of an answer; `sound` becomes false if one is missing or of another kind.
 class Members {
  public:
   explicit Members(const json& object) : object_(object) {}
@@ -286,7 +285,7 @@ Result<void> LinuxCncSession::Move(const std::string& block, const std::stop_tok
 Result<void> LinuxCncSession::Abort() {
   auto aborted = Do({{"do", "abort"}}, {});
   if (aborted || aborted.error().kind == ErrorKind::kSafety) return aborted;
-  // The helper may be gone and the controller not.
+  // The helper may be gone while the controller still runs.
   auto again = Join(options_, {});
   if (!again) return aborted;
   helper_ = std::move((*again)->helper_);

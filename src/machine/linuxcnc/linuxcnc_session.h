@@ -1,5 +1,5 @@
-// A session with LinuxCNC by a helper in Python: its state, and blocks for its interpreter, within
-// bounds of where a machine can be.
+// Session with LinuxCNC through a Python helper: its state, and blocks for its interpreter, with
+// limits on the possible positions.
 #pragma once
 
 #include <Eigen/Core>
@@ -14,33 +14,33 @@
 
 namespace trammel::machine {
 
-/// No machine's axis is longer.
+/// Upper limit of any machine's axis length.
 inline constexpr double kFarthest_mm = 1e5;
 
-/// Least and most machine coordinates of X, Y and Z.
+/// Minimum and maximum machine coordinates of X, Y and Z.
 struct LinuxCncTravel {
   Eigen::Vector3d low_mm = Eigen::Vector3d::Constant(-kFarthest_mm);
   Eigen::Vector3d high_mm = Eigen::Vector3d::Constant(kFarthest_mm);
 };
 
-/// Reads least and most of X, of Y and of Z, as a message of LinuxCNC shows them: "######" where
-/// its INI file has none. Error (kMachine): anything else, or a travel that is none.
+/// Parses minimum and maximum of X, of Y and of Z from a message of LinuxCNC: "######" if its INI
+/// file has none. Error (kMachine): anything else, or an invalid range.
 [[nodiscard]] Result<LinuxCncTravel> ParseTravel(const std::string& shown);
 
-/// Error (kMachine): a place that the controller tells and where its machine cannot be. An axis at
-/// its limit may overshoot by a millimetre.
+/// Error (kMachine): a reported position that is impossible for the machine. An axis at its limit
+/// may overshoot by a millimetre.
 [[nodiscard]] Result<void> CheckToldPlace(const Eigen::Vector3d& machine_mm,
                                           const LinuxCncTravel& travel);
 
-/// Error (kSafety): a place that is not within the travel.
+/// Error (kSafety): a target outside the travel.
 [[nodiscard]] Result<void> CheckTarget(const Eigen::Vector3d& machine_mm,
                                        const LinuxCncTravel& travel);
 
-/// Into how many pieces of equal length, none longer than `piece_mm`, a way is cut.
+/// Returns the number of equal pieces of a path, none longer than `piece_mm`.
 /// REQUIRES 0 <= way_mm <= 4 kFarthest_mm, piece_mm >= 0.01.
 [[nodiscard]] int PiecesOf(double way_mm, double piece_mm);
 
-/// The beginning of what a controller said, for messages.
+/// Returns the beginning of a controller's message, for errors.
 [[nodiscard]] std::string Clipped(const std::string& said);
 
 struct LinuxCncState {
@@ -58,22 +58,22 @@ struct LinuxCncState {
   double c_deg = 0;
 };
 
-/// How a machine is built and set up; read without a command to it.
+/// Configuration of a machine; read without sending it a command.
 struct LinuxCncFacts {
   LinuxCncState state;         ///< `homed`: of all joints that there are
   std::string axes;            ///< letters, as in "XYZC"
   double unit_mm = 1;          ///< the machine's own unit of length
-  LinuxCncTravel travel;       ///< by the limits of the axes
+  LinuxCncTravel travel;       ///< from the axis limits
   int joints = 0;              ///< 1 … 16
   std::vector<int> not_homed;  ///< joints, from 0
   int tool = 0;                ///< number of the one in the spindle; 0: none
   double tool_length_mm = 0;   ///< Z of that one in the tool table
-  int tools = 0;               ///< in the table
+  int tools = 0;               ///< in the tool table
 
   [[nodiscard]] bool HasAxis(char letter) const { return axes.find(letter) != std::string::npos; }
 };
 
-/// What changes while a machine moves.
+/// State that changes while a machine moves.
 struct LinuxCncMotion {
   Eigen::Vector4d position = Eigen::Vector4d::Zero();   ///< X, Y, Z in mm and C in degrees
   Eigen::Vector4d commanded = Eigen::Vector4d::Zero();  ///< likewise, where it is to be
@@ -83,22 +83,22 @@ struct LinuxCncMotion {
 };
 
 struct LinuxCncSessionOptions {
-  /// A helper that speaks session.py's protocol: its path and arguments. Empty: session.py itself,
-  /// in the Python that LinuxCNC's module is made for.
+  /// Helper that implements session.py's protocol: its path and arguments. Empty: session.py
+  /// itself, run by the Python of LinuxCNC's module.
   std::vector<std::string> helper;
   double time_limit_s = 5;  ///< > 0; of each answer
 };
 
-/// Speaks to a helper (session.py) over its standard input and output: no port, no password, the
-/// user's own rights. A move ends with this process, however it ends. Once somebody else has sent
-/// LinuxCNC a command (but an override), each request is an error (kSafety) and nothing is sent:
-/// the machine is theirs. Messages to the operator are left to the screens.
+/// Exchanges messages with a helper (session.py) over its standard input and output: no port, no
+/// password, the user's own rights. A move ends with this process, however that ends. Once another
+/// client has sent LinuxCNC a command (except an override), each request fails (kSafety) and
+/// nothing is sent. Operator messages are left to LinuxCNC's screens.
 ///
-/// Errors: kMachine (the helper, a refusal, a time limit, an answer that is none), kSafety,
+/// Errors: kMachine (the helper, a rejection, a time limit, an invalid answer), kSafety,
 /// kInterrupted (stop). Numbers in answers are finite.
 class LinuxCncSession {
  public:
-  /// Errors (kMachine): no Python, no module, no LinuxCNC of this user.
+  /// Errors (kMachine): no Python, no module, no running LinuxCNC of this user.
   [[nodiscard]] static Result<std::unique_ptr<LinuxCncSession>> Join(
       const LinuxCncSessionOptions& options, const std::stop_token& stop);
 
@@ -107,14 +107,14 @@ class LinuxCncSession {
   [[nodiscard]] Result<LinuxCncFacts> Facts(const std::stop_token& stop);
   [[nodiscard]] Result<LinuxCncMotion> Motion(const std::stop_token& stop);
   [[nodiscard]] Result<void> TakeMdi(const std::stop_token& stop);
-  /// A block that does not move the machine.
+  /// Runs a block that does not move the machine.
   [[nodiscard]] Result<void> Mdi(const std::string& block, const std::stop_token& stop);
-  /// Begins a move, and does not wait for its end.
+  /// Starts a move without waiting for its end.
   [[nodiscard]] Result<void> Move(const std::string& block, const std::stop_token& stop);
-  /// What the interpreter makes of a text with parameters.
+  /// Returns a text with parameters as the interpreter expands it.
   [[nodiscard]] Result<std::string> Interpreted(const std::string& text,
                                                 const std::stop_token& stop);
-  /// Ends all motion, by another helper where this one is lost.
+  /// Stops all motion, by another helper if this one is lost.
   [[nodiscard]] Result<void> Abort();
 
  private:

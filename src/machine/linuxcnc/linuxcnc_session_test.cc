@@ -1,4 +1,4 @@
-// What a helper may say that is not LinuxCNC's; the controller itself:
+// Invalid messages of a helper; tests of the controller itself:
 // tests/integration/linuxcnc_session_test.cc.
 #include "machine/linuxcnc/linuxcnc_session.h"
 

@@ -1,4 +1,4 @@
-// The helper in Python that joins LinuxCNC: session.py, as it was when this was built.
+// Python helper that joins LinuxCNC: session.py as of this build.
 #pragma once
 
 namespace trammel::machine {

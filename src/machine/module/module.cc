@@ -38,7 +38,7 @@ tl::unexpected<Error> NotThere(const ModuleName& name, std::span<const fs::path>
                   name.purpose, name.file, looked, name.package));
 }
 
-/// Closes it in the end.
+/// Owning file descriptor.
 class Descriptor {
  public:
   explicit Descriptor(int fd) : fd_(fd) {}
@@ -58,7 +58,7 @@ class Descriptor {
   int fd_;
 };
 
-/// Who could have written the program itself, or puts up with what they run.
+/// Users who could have written the program itself, or who accept what these run.
 class Trust {
  public:
   Trust() {
@@ -72,8 +72,8 @@ class Trust {
     if (!error && stat(path.parent_path().c_str(), &folder) == 0) AddGroup(folder);
   }
 
-  /// Whether nobody else can write a file, or change the entries of a folder that are theirs. In a
-  /// sticky folder, such as /tmp, only an entry's owner can.
+  /// True if no untrusted user can write a file, or change trusted entries of a folder. In a sticky
+  /// folder, such as /tmp, only an entry's owner can.
   [[nodiscard]] bool Alone(const struct stat& found) const {
     const bool owned = found.st_uid == 0 || found.st_uid == owner_ || found.st_uid == geteuid();
     const bool sticky = S_ISDIR(found.st_mode) && (found.st_mode & S_ISVTX) != 0;
@@ -92,9 +92,9 @@ class Trust {
   std::vector<gid_t> groups_;
 };
 
-/// Opens a file that nobody but the program's owner and root can have written, down from the root
-/// of the file system: each folder and the file are looked at as they are open, and no link is
-/// followed. @param path  absolute, without links. Errors name the folder or file.
+/// Opens a file that only the program's owner and root can have written, starting from the root of
+/// the file system: each folder and the file are checked after opening, and no link is followed.
+/// @param path  absolute, without links. Errors name the folder or file.
 Result<int> OpenTrusted(const fs::path& path) {
   const Trust trust;
   Descriptor at(open("/", O_PATH | O_DIRECTORY | O_CLOEXEC));
@@ -116,7 +116,7 @@ Result<int> OpenTrusted(const fs::path& path) {
   return Fail(fmt::format("{} cannot be opened: {}", so_far.string(), std::strerror(errno)));
 }
 
-/// The table of a module that is open. @param path  of it, for messages
+/// Returns the table of an open module. @param path  of it, for messages
 Result<const void*> TableOf(int module_fd, const ModuleName& name, const fs::path& path) {
   void* const module = dlopen(fmt::format("/proc/self/fd/{}", module_fd).c_str(),
                               RTLD_NOW | RTLD_LOCAL | RTLD_NODELETE);
@@ -138,8 +138,8 @@ Result<const void*> TableOf(int module_fd, const ModuleName& name, const fs::pat
   return table();
 }
 
-/// The modules that were loaded, by their paths. Their descriptors stay open: the loader knows a
-/// module by the name of its descriptor, which another file must not get.
+/// Caches loaded modules by path. Their descriptors remain open: the loader identifies a module by
+/// its descriptor's name, which another file must not get.
 Result<const void*> LoadOnce(const ModuleName& name, const fs::path& path) {
   static std::mutex mutex;
   static std::map<std::string, Result<const void*>> loaded;
@@ -171,7 +171,7 @@ std::vector<fs::path> ModuleFolders() {
   if (error) return {};
   const fs::path folder = program.parent_path().parent_path();
   std::vector<fs::path> folders = {folder / "lib/trammel"};
-  // Programs of a build tree lie one folder deeper. Elsewhere this would be another program's.
+  // Programs of a build tree are one folder deeper. Elsewhere this would be another program's.
   if (fs::exists(folder.parent_path() / "CMakeCache.txt", error)) {
     folders.push_back(folder.parent_path() / "lib/trammel");
   }

@@ -1,4 +1,4 @@
-// Modules beside the program, loaded on demand: libraries that few need are mapped by those alone.
+// Modules beside the program, loaded on demand: only the commands that need a rare library load it.
 #pragma once
 
 #include <filesystem>
@@ -11,32 +11,32 @@
 namespace trammel::machine {
 
 struct ModuleName {
-  std::string_view file;      ///< without its ending: "trammel-step"
-  std::string_view purpose;   ///< of whoever asks, which begins every message: "reading STEP"
-  std::string_view package;   ///< of trammel's own, in which it comes: "trammel-step"
-  std::string_view packages;  ///< of Debian, in which its libraries come
+  std::string_view file;      ///< without extension: "trammel-step"
+  std::string_view purpose;   ///< caller's purpose, opens every message: "reading STEP"
+  std::string_view package;   ///< trammel's own package that has it: "trammel-step"
+  std::string_view packages;  ///< Debian packages of its libraries
 };
 
-/// Those that there are; each has a header of its own that states its table.
+/// Available modules; each has a header that declares its table.
 extern const ModuleName kAravisModule;  ///< camera_sources.h
 extern const ModuleName kPdfModule;     ///< page/pdf_module.h
 extern const ModuleName kWebpModule;    ///< phone_picture.h
 extern const ModuleName kHeifModule;    ///< phone_picture.h
 extern const ModuleName kStepModule;    ///< cad/step_module.h
 
-/// lib/trammel beside the folder of the program that runs; in a build tree, which a CMakeCache.txt
-/// shows, beside that folder's parent, too.
+/// Returns lib/trammel beside the running program's folder; in a build tree (with a CMakeCache.txt)
+/// also beside that folder's parent.
 [[nodiscard]] std::vector<std::filesystem::path> ModuleFolders();
 
-/// Loads a module, which then stays.
-/// @returns the table that its function `trammel_module` gives, of the type that its header states.
-/// Errors (kInput): it is in none of the folders, others than the program's owner and root could
-/// have written it or changed a folder above it, it was made for another version of trammel, or
-/// lacks a library; they name the packages.
+/// Loads a module permanently.
+/// @returns the table from its function `trammel_module`, of the type in its header.
+/// Errors (kInput), which name the packages: it is in none of the folders; users other than the
+/// program's owner and root could have changed it or a folder above it; it was built for another
+/// version of trammel; it lacks a library.
 [[nodiscard]] Result<const void*> LoadModule(const ModuleName& name,
                                              std::span<const std::filesystem::path> folders);
 
-/// The same in ModuleFolders(), as the table's type.
+/// Loads a module from ModuleFolders() and returns its typed table.
 template <class Table>
 [[nodiscard]] Result<const Table*> LoadModule(const ModuleName& name) {
   const auto table = TRY(LoadModule(name, ModuleFolders()));

@@ -42,7 +42,7 @@ TEST(Module, RefusesOneOfAnotherVersionOrUserOrThatAnybodyMayWrite) {
   const auto path = folder.path() / "trammel-none.so";
   std::filesystem::copy(TRAMMEL_STRANGE_MODULE, path);
   EXPECT_THAT(ErrorIn(folder.path()), HasSubstr("another version"));
-  std::filesystem::remove(path);  // what was loaded once stays known by its path
+  std::filesystem::remove(path);  // loaded modules are cached by path
   const auto again = folder.path() / "again";
   std::filesystem::create_directories(again);
   std::filesystem::copy(TRAMMEL_STRANGE_MODULE, again / "trammel-none.so");
@@ -70,7 +70,7 @@ TEST(Module, RefusesOneBelowAFolderThatOthersMayWrite) {
     EXPECT_THAT(ErrorIn(lib), AllOf(HasSubstr(open.string() + " is not the program's owner's"),
                                     HasSubstr("install trammel anew")));
   }
-  // As /tmp is.
+  // Permissions of /tmp.
   std::filesystem::permissions(open, perms::all | perms::sticky_bit);
   EXPECT_THAT(ErrorIn(lib), HasSubstr("another version"));
 }

@@ -1,4 +1,4 @@
-// What the tests of the client share: a client that is connected to a server of the test's own.
+// Fixture of the client's tests: a client connected to the test's own server.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -16,7 +16,6 @@ namespace trammel::machine {
 inline const WaitLimit kPatience{.time_limit_s = 10};
 inline const WaitLimit kShort{.time_limit_s = 0.1};
 
-/// How to reach the server.
 inline MoonrakerOptions OptionsFor(const test::ScriptedMoonraker& server) {
   MoonrakerOptions options;
   options.address = "127.0.0.1:" + std::to_string(server.port());
@@ -34,7 +33,8 @@ class MoonrakerPrinterTest : public ::testing::Test {
     printer_ = std::move(*printer);
   }
 
-  /// What the server says to a script, in this order; `ok` last unless `answer` says otherwise.
+  /// Sets the server's messages in reply to a script, in this order; `ok` last unless `answered` is
+  /// false.
   void ScriptSays(std::vector<nlohmann::json> messages, bool answered = true) {
     server_.Handle("printer.gcode.script", [messages, answered](const nlohmann::json& request) {
       std::vector<nlohmann::json> all = messages;

@@ -20,7 +20,7 @@ constexpr std::size_t kMostSections = 2000;
 constexpr std::size_t kLongestName = 100;
 constexpr std::string_view kDualCarriage = "dual_carriage";
 
-/// A name that may stand in G-code and in a message.
+/// True if a name is safe in G-code and in a message.
 bool IsPlainName(std::string_view name) {
   return !name.empty() && name.size() <= kLongestName &&
          std::all_of(name.begin(), name.end(),
@@ -32,7 +32,7 @@ std::string NameIn(const json& section, const char* key) {
   return IsPlainName(name) ? name : std::string();
 }
 
-/// Positive, and of a size that some printer may have.
+/// Returns a positive number of plausible size.
 std::optional<double> Size(const json& section, const char* key) {
   constexpr double kMost = 1e8;
   const auto number = Number(section, key);
@@ -66,7 +66,7 @@ void ReadCarriages(const std::string& name, const json& section, PrinterFacts& f
       {NameIn(section, "primary_carriage"), name.substr(kDualCarriage.size() + 1)});
 }
 
-/// An extruder's own motor states no queue as long as it was not synchronised with any.
+/// An extruder's own motor states no queue until it was synchronised with one.
 void ReadMotors(const PrinterState& state, PrinterFacts& facts) {
   const auto own = state.pressure_advance.find(facts.extruder);
   const bool has_own = own != state.pressure_advance.end();
@@ -108,7 +108,7 @@ bool Reach::Contains(double x_mm, double y_mm) const {
     return false;
   }
   if (!round) return true;
-  constexpr double kSlack = 1e-9;  // of a point on the circle
+  constexpr double kSlack = 1e-9;  // tolerance for points on the circle
   const auto out = [this](double at_mm, std::size_t axis) {
     const double half_mm = (maximum_mm[axis] - minimum_mm[axis]) / 2;
     return half_mm > 0 ? (at_mm - minimum_mm[axis] - half_mm) / half_mm : 0;

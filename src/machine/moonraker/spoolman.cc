@@ -42,7 +42,7 @@ tl::unexpected<Error> Strange(const std::string& path) {
               ErrorKind::kMachine);
 }
 
-// Text without control characters.
+// Returns text without control characters.
 std::string Printable(const std::string& text) {
   std::string safe = Utf8OrReplaced(text, kLongestName);
   std::erase_if(safe, [](char c) { return static_cast<unsigned char>(c) < ' ' || c == 0x7F; });
@@ -58,7 +58,7 @@ std::string NameOf(const json& filament) {
   return Printable(both + name);
 }
 
-// Major and minor of "0.26.1"; zeros where it is none.
+// Returns major and minor of "0.26.1"; zeros if malformed.
 std::pair<int, int> MajorMinor(const std::string& version) {
   std::pair<int, int> numbers{0, 0};
   const char* const end = version.data() + version.size();
@@ -75,7 +75,7 @@ WaitLimit Spoolman::Left() const {
   return {std::max(kLeast_s, deadline_s_ - HostNow()), limit_.stop};
 }
 
-// Tells a Spoolman that hangs from a lost link: the server between answers of itself.
+// Distinguishes a hanging Spoolman from a lost link: the server still answers its own methods.
 Error Spoolman::NotAnswered(const char* method, const std::string& path, Error error) {
   constexpr double kAlive_s = 3;
   if (error.kind != ErrorKind::kMachine) return error;
@@ -180,7 +180,7 @@ Result<std::optional<json>> Spoolman::Extra(SpoolmanEntity entity, int id, const
 }
 
 Result<bool> Spoolman::LeavesOthersAlone() {
-  constexpr std::pair kSince{0, 26};  // of a spool since 0.22, of a filament only since then
+  constexpr std::pair kSince{0, 26};  // spools since 0.22, filaments only since this version
   const auto info = TRY(Ask("GET", "/v1/info"));
   return MajorMinor(TextOr(info, "version", "")) >= kSince;
 }
@@ -192,8 +192,9 @@ Result<void> Spoolman::SetExtra(SpoolmanEntity entity, int id, const std::string
   const auto before = TRY(Extras(entity, id));
   json wanted = before;
   wanted[key] = FieldText(value);
-  // Values of others are sent only where they would be lost otherwise: somebody may have changed
-  // one since it was read, and of one that does not fit its field any more all are refused.
+  // Sends other fields' values only if they would be lost otherwise: another client may have
+  // changed one since it was read, and a value that no longer fits its field makes the server
+  // reject all.
   written.reset();
   const auto sent =
       Ask("PATCH", Path(entity, id), json{{"extra", alone ? json{{key, wanted[key]}} : wanted}});

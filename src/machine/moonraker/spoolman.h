@@ -1,4 +1,4 @@
-// Spoolman, the store of filaments and spools, through the proxy of a printer's server.
+// Spoolman, the database of filaments and spools, through the proxy of a printer's server.
 #pragma once
 
 #include <nlohmann/json.hpp>
@@ -12,7 +12,7 @@
 
 namespace trammel::machine {
 
-/// The spool that is on the printer.
+/// Spool on the printer.
 struct Spool {
   int id = 0;
   int filament_id = 0;
@@ -21,51 +21,49 @@ struct Spool {
   bool archived = false;
 };
 
-/// What extra fields hang on.
+/// Entity that has extra fields.
 enum class SpoolmanEntity { kFilament, kSpool };
 
-/// A field that a user of Spoolman, or a program, has defined.
+/// Custom field, defined by a user of Spoolman or a program.
 struct ExtraField {
   std::string key;   ///< [a-z0-9_]{1,64}
-  std::string name;  ///< as Spoolman's pages show it
+  std::string name;  ///< as displayed by Spoolman
   std::string type;  ///< "float" or "text"
   std::string unit;  ///< may be empty
 };
 
-/// A value as Spoolman's texts hold it: JSON on one line, bytes that are no UTF-8 replaced.
+/// Returns a value as in Spoolman's texts: JSON on one line, bytes that are no UTF-8 replaced.
 [[nodiscard]] inline std::string FieldText(const nlohmann::json& value) {
   return value.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
 }
 
-/// Calls wait, all of one object together within its limit, and 3 s more where it is to be found
-/// out who hangs. Errors are kMachine: no answer, Spoolman away, an entity that is not there, an
-/// answer of another form; or kInterrupted.
+/// Calls block; all calls of one object share its limit, plus 3 s to find the cause of a hang.
+/// Errors are kMachine: no answer, Spoolman unreachable, a missing entity, an answer of another
+/// form; or kInterrupted.
 class Spoolman {
  public:
-  /// The printer is not owned and outlives it.
+  /// The printer is not owned and must outlive this object.
   Spoolman(Printer& printer, const WaitLimit& limit)
       : printer_(printer), limit_(limit), deadline_s_(HostNow() + limit.time_limit_s) {}
 
-  /// Whether the printer's server knows of a Spoolman at all; it may be away.
+  /// True if the printer's server is configured for a Spoolman, which may be offline.
   [[nodiscard]] Result<bool> Known();
 
-  /// The active spool; absent where none is set, or Spoolman is not known.
+  /// Returns the active spool; absent if none is set, or Spoolman is not configured.
   [[nodiscard]] Result<std::optional<Spool>> ActiveSpool();
 
-  /// Looks for a field. Errors also where it is there with another type, which Spoolman cannot
-  /// change.
+  /// True if the field exists. Errors also if it has another type, which Spoolman cannot change.
   [[nodiscard]] Result<bool> HasField(SpoolmanEntity entity, const ExtraField& field);
-  /// Adds a field. REQUIRES that it is not there: Spoolman would redefine it.
+  /// Adds a field. REQUIRES that it does not exist: Spoolman would redefine it.
   [[nodiscard]] Result<void> AddField(SpoolmanEntity entity, const ExtraField& field);
 
-  /// What a field holds; absent where it holds nothing.
+  /// Returns the value of a field; absent if it is empty.
   [[nodiscard]] Result<std::optional<nlohmann::json>> Extra(SpoolmanEntity entity, int id,
                                                             const std::string& key);
-  /// Sets one field, and reads it back. A Spoolman from 0.26 on leaves the others alone; before, it
-  /// replaced all of them at once: they are read, sent again, and looked at afterwards. Errors also
-  /// where this one reads otherwise then, one of the others is gone or, before 0.26, changed; they
-  /// name whether it was written: `written` is then false (nothing was sent, or it was refused),
-  /// true, or absent: nobody knows.
+  /// Sets one field and reads it back. Spoolman from 0.26 on does not change the other fields;
+  /// before, it replaced all at once, so they are read, sent again and checked. Errors also if the
+  /// field reads otherwise afterwards, another field is gone or, before 0.26, changed. `written` is
+  /// then false (nothing was sent, or it was rejected), true, or absent: unknown.
   [[nodiscard]] Result<void> SetExtra(SpoolmanEntity entity, int id, const std::string& key,
                                       const nlohmann::json& value, std::optional<bool>& written);
 
@@ -81,7 +79,7 @@ class Spoolman {
 
   WaitLimit limit_;
   double deadline_s_;         ///< host clock
-  bool was_refused_ = false;  ///< what was asked last: an answer came, and it was an error
+  bool was_refused_ = false;  ///< true if the last request was answered by an error
 };
 
 }  // namespace trammel::machine

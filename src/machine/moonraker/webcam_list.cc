@@ -23,7 +23,7 @@ std::string Absolute(const std::string& url, const MoonrakerAddress& address) {
   if (url.starts_with("//")) {  // another host, by the scheme of the page that names it
     return (address.transport == Transport::kTls ? "https:" : "http:") + url;
   }
-  // As browsers do: below the interface's own folder, unless it begins at the host's root.
+  // Like browsers: below the interface's own folder, unless it begins at the host's root.
   const std::string path = url.front() == '/' ? url : address.path_prefix + "/" + url;
   if (address.transport == Transport::kUnix) {
     return "http://localhost" + path;
@@ -58,7 +58,7 @@ std::vector<Webcam> ReadWebcams(const json& answer, const MoonrakerAddress& addr
 
 namespace {
 
-/// Of those that Mainsail, Fluidd and Moonraker write, the services whose stream_url is MJPEG.
+/// Services with MJPEG at stream_url, of those that Mainsail, Fluidd and Moonraker write.
 constexpr std::array<std::string_view, 4> kMjpegServices = {
     "mjpegstreamer", "mjpegstreamer-adaptive", "mjpegadaptive", "uv4l-mjpeg"};
 

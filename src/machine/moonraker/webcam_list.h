@@ -1,4 +1,4 @@
-// The answer of server.webcams.list.
+// Answer of server.webcams.list.
 #pragma once
 
 #include <nlohmann/json_fwd.hpp>
@@ -9,15 +9,15 @@
 
 namespace trammel::machine {
 
-/// Entries of a wrong form are left out; URLs that are relative become absolute. They are relative
-/// to the web interface's host and port, not to Moonraker's: port 80 of the same computer where
-/// `address` is Moonraker itself on a port of its own, and that port where a proxy serves both. Of
-/// a proxy that serves both below a path, a URL that does not begin with a slash lies there, too.
+/// Omits malformed entries; makes relative URLs absolute. They are relative to the web interface's
+/// host and port, not to Moonraker's: port 80 of the same computer if `address` is Moonraker's own
+/// port, and that port if a proxy serves both. If that proxy serves both below a path, a URL
+/// without a leading slash is also below that path.
 [[nodiscard]] std::vector<Webcam> ReadWebcams(const nlohmann::json& answer,
                                               const MoonrakerAddress& address);
 
-/// The first enabled webcam whose stream is MJPEG, by its service. @param name  empty: any
-/// Errors: kMachine: there is none; the message names the service of one that is there.
+/// Returns the first enabled webcam whose service is an MJPEG stream. @param name  empty: any
+/// Errors: kMachine: there is none; the message names the service of one that exists.
 [[nodiscard]] Result<Webcam> ChooseWebcam(const std::vector<Webcam>& webcams,
                                           const std::string& name);
 

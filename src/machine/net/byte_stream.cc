@@ -30,11 +30,11 @@ tl::unexpected<Error> Broken(const error_code& error) {
 
 }  // namespace
 
-/// An operation that a wait has left stays under way, with memory of this object.
+/// An operation abandoned by a wait continues, with memory of this object.
 struct ByteStream::State {
   explicit State(const Endpoint& endpoint) : stream(io, endpoint) {}
 
-  /// Runs what is under way while `busy`, until a deadline or a stop.
+  /// Runs pending operations while `busy`, until a deadline or a stop.
   template <class Busy>
   void RunWhile(Busy busy, double deadline_s, const std::stop_token& stop) {
     io.restart();
@@ -52,7 +52,7 @@ struct ByteStream::State {
   bool writing = false;
   error_code write_error;
   std::array<std::uint8_t, 65536> incoming{};
-  std::size_t begin = 0, end = 0;  ///< of what is read and not taken yet
+  std::size_t begin = 0, end = 0;  ///< range read but not yet consumed
   bool reading = false;
   error_code read_error;
 };

@@ -1,4 +1,4 @@
-// A connection to a server in which every wait has a limit and can be stopped.
+// Connection to a server in which every wait has a limit and can be stopped.
 #pragma once
 
 #include <cstddef>
@@ -13,8 +13,8 @@
 
 namespace trammel::machine {
 
-/// Errors are kMachine (kInput for a certificate file that cannot be used, kInterrupted after a
-/// stop) and state what failed.
+/// Errors are kMachine (kInput for an unusable certificate file, kInterrupted after a stop) and
+/// name the failed step.
 class ByteStream {
  public:
   [[nodiscard]] static Result<ByteStream> Connect(const Endpoint& endpoint,
@@ -24,7 +24,7 @@ class ByteStream {
   ByteStream& operator=(ByteStream&&) noexcept;
   ~ByteStream();
 
-  /// Writes all of it. @param deadline_s  on HostNow()'s clock.
+  /// Writes all bytes. @param deadline_s  on HostNow()'s clock.
   [[nodiscard]] Result<void> Write(std::string_view bytes, double deadline_s,
                                    const std::stop_token& stop);
 
@@ -33,7 +33,7 @@ class ByteStream {
     bool timed_out = false;
   };
 
-  /// Reads what is there, at least one byte; may be called again after a time-out.
+  /// Reads the available bytes, at least one; may be called again after a time-out.
   /// REQUIRES a non-empty buffer.
   [[nodiscard]] Result<ReadResult> Read(std::span<std::uint8_t> buffer, double deadline_s,
                                         const std::stop_token& stop);

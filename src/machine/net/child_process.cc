@@ -23,7 +23,7 @@
 namespace trammel::machine {
 namespace {
 
-constexpr std::size_t kMostBytes = std::size_t{1} << 24U;  // of a message; a scan comes in pieces
+constexpr std::size_t kMostBytes = std::size_t{1} << 24U;  // per message; a scan is split
 
 struct Head {
   std::uint32_t kind;
@@ -44,7 +44,7 @@ bool SendAll(int fd, const void* data, std::size_t size) {
 
 [[noreturn]] void RunChild(const std::function<void(const ChildSender&)>& work, int fd,
                            pid_t parent) {
-  // Not left behind by a parent that is killed; it may have gone before this call.
+  // Ends with a killed parent, which may be gone before this call.
   prctl(PR_SET_PDEATHSIG, SIGTERM);
   if (getppid() != parent) _exit(1);
   dup2(STDERR_FILENO, STDOUT_FILENO);
@@ -105,7 +105,7 @@ ChildProcess::ChildProcess(ChildProcess&& other) noexcept
 }
 
 ChildProcess::~ChildProcess() {
-  // Closed first: a child that still writes is told by that, too.
+  // Closed first: a child that still writes gets an error.
   if (fd_ >= 0) close(fd_);
   static_cast<void>(End());
 }

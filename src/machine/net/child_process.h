@@ -1,5 +1,5 @@
-// Work in a process of its own, which tells what it has in messages: what hangs or crashes there
-// leaves this process unharmed.
+// Work in a separate process that returns its results in messages: a hang or crash there does not
+// affect this process.
 #pragma once
 
 #include <sys/types.h>
@@ -21,11 +21,11 @@ struct ChildMessage {
   std::vector<std::uint8_t> bytes;
 };
 
-/// The child's end of the pipe.
+/// Child's end of the pipe.
 class ChildSender {
  public:
   explicit ChildSender(int fd) : fd_(fd) {}
-  /// False where nobody listens any more: time to tidy up and return.
+  /// Sends a message. False if the receiver is gone: clean up and return.
   bool Send(std::uint32_t kind, std::span<const std::uint8_t> bytes) const;
   bool Send(std::uint32_t kind, std::string_view text) const;
 
@@ -40,15 +40,15 @@ enum class Heard {
   kEnded,  ///< the child has gone, and has said all
 };
 
-/// A forked child. Ends with the object at the latest, and with its parent: by SIGTERM first, then
-/// by SIGKILL.
+/// Forked child. Ends with the object at the latest, and with its parent: by SIGTERM first, then by
+/// SIGKILL.
 class ChildProcess {
  public:
-  /// Forks. `work` runs in the child, which then ends without the exit handlers of this program.
-  /// There SIGTERM has its default action until `work` changes that; SIGINT is ignored (it is the
-  /// parent that is interrupted), and so is SIGPIPE. What the child prints goes to standard error.
+  /// Forks. `work` runs in the child, which then ends without this program's exit handlers. SIGTERM
+  /// has its default action there until `work` changes that; SIGINT (meant for the parent) and
+  /// SIGPIPE are ignored. The child's output is printed to standard error.
   /// REQUIRES that no other thread of this process holds a lock that `work` needs.
-  /// @param patience_s  how long the child may take to end, after it was asked and before.
+  /// @param patience_s  time for the child to end, after the request and before it.
   [[nodiscard]] static Result<ChildProcess> Start(
       const std::function<void(const ChildSender&)>& work, double patience_s);
   ChildProcess(ChildProcess&& other) noexcept;
@@ -57,10 +57,10 @@ class ChildProcess {
   ChildProcess& operator=(const ChildProcess&) = delete;
   ~ChildProcess();
 
-  /// Waits for a message. What is not one (a child may write anything) counts as its end.
+  /// Waits for a message. Malformed data (a child may write anything) counts as its end.
   [[nodiscard]] Heard Receive(ChildMessage& message, double silence_s, const std::stop_token& stop);
 
-  /// How it ended, "signal 11, Segmentation fault" or "exit code 1". Waits like the destructor.
+  /// Returns its end, "signal 11, Segmentation fault" or "exit code 1". Waits like the destructor.
   [[nodiscard]] std::string End();
 
  private:
@@ -76,9 +76,9 @@ class ChildProcess {
   int status_ = 0;
 };
 
-/// Limits the process that calls to so many bytes more than it has, and to a time of computing;
-/// meant for a ChildProcess. Under a sanitizer, whose processes have terabytes of addresses, to the
-/// time alone.
+/// Limits the calling process to so many additional bytes and to a computing time; meant for a
+/// ChildProcess. Under a sanitizer, whose processes have terabytes of addresses, limits only the
+/// time.
 void LimitThisProcess(std::uint64_t bytes, int seconds);
 
 }  // namespace trammel::machine

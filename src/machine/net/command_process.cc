@@ -21,7 +21,7 @@ namespace trammel::machine {
 namespace {
 
 constexpr std::size_t kLongestLine = 4096;
-constexpr int kLook_ms = 200;  // at a child that has ended while others hold its pipes
+constexpr int kLook_ms = 200;  // poll interval for an ended child whose pipes others hold
 
 using Ends = std::array<int, 2>;
 
@@ -31,7 +31,7 @@ void CloseBoth(const Ends& ends) {
   }
 }
 
-// A lost agent must not live on as a connection that its child has inherited.
+// Closes inherited descriptors, so that no lost agent's connection survives in the child.
 void CloseAllOthers() {
   if (close_range(STDERR_FILENO + 1, ~0U, 0) == 0) return;
   constexpr int kMost = 65536;
@@ -39,7 +39,7 @@ void CloseAllOthers() {
   for (int fd = STDERR_FILENO + 1; fd < (most > 0 && most < kMost ? most : kMost); ++fd) close(fd);
 }
 
-// After the fork only what may be called there, as other threads may have held any lock.
+// Only async-signal-safe calls after the fork, as other threads may have held any lock.
 [[noreturn]] void Become(char* const* words, int input, int output, int error, pid_t parent,
                          const rlimit& file_bytes) {
   prctl(PR_SET_PDEATHSIG, SIGTERM);
@@ -150,7 +150,7 @@ CommandEnd CommandProcess::Follow(const TakeLine& take, const CommandLimits& lim
     std::array<pollfd, 2> waiting{{{output_.fd, POLLIN, 0}, {error_.fd, POLLIN, 0}}};
     const int ready = poll(waiting.data(), waiting.size(), kLook_ms);
     if (ready < 0 && errno != EINTR) break;
-    // Its last words are read before it counts as ended.
+    // Reads its last output before it counts as ended.
     if (ready == 0 && HasEnded()) break;
     if (ready <= 0) continue;
     if (end.cause == kItself) deadline_s = HostNow() + limits.silence_s;

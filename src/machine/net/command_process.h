@@ -1,4 +1,4 @@
-// Another program as a child, or this one again, whose words are read in lines while it runs.
+// Another program, or this one again, as a child whose output is read line by line while it runs.
 #pragma once
 
 #include <sys/types.h>
@@ -20,35 +20,34 @@ namespace trammel::machine {
 
 enum class OutputStream { kOutput, kError };
 
-/// How a child ended.
 struct CommandEnd {
   enum class Cause { kItself, kSilence, kStop };
   int exit_code = -1;  ///< -1 where a signal ended it
-  int signal = 0;      ///< which; 0: none
+  int signal = 0;      ///< signal number; 0: none
   Cause cause = Cause::kItself;
 
   /// "exit code 1" or "signal 11, Segmentation fault".
   [[nodiscard]] std::string Words() const;
 };
 
-/// When a child is asked to end, and how long that may take.
+/// Conditions for ending a child, and the time allowed.
 struct CommandLimits {
   std::stop_token stop = {};
   double silence_s = std::numeric_limits<double>::infinity();  ///< without a word of it
-  /// From then on, until it is killed. Without end for one that has a machine to leave safe.
+  /// Time from then until it is killed, s. Infinite for a child that must first make a machine
+  /// safe.
   double rest_s = std::numeric_limits<double>::infinity();
 };
 
-/// A child that is asked to end, by SIGTERM, with the thread that started it or with its object,
-/// whatever ends them.
+/// Child that receives SIGTERM when the thread that started it or its object ends, for any reason.
 class CommandProcess {
  public:
   using TakeLine = std::function<void(OutputStream, std::string_view)>;
 
-  /// Starts a program, with an empty standard input, no other file of this process open, and every
-  /// signal as usual. REQUIRES a thread that outlives the child.
+  /// Starts a program with an empty standard input, no other file of this process open, and default
+  /// signals. REQUIRES a thread that outlives the child.
   /// @param words  the program's path and its arguments, one word each, without a shell
-  /// @param most_file_bytes  of a file that it writes: SIGXFSZ ends one that writes more
+  /// @param most_file_bytes  maximum size of a file it writes: SIGXFSZ ends one that writes more
   [[nodiscard]] static Result<std::unique_ptr<CommandProcess>> Start(
       const std::vector<std::string>& words,
       std::optional<std::uint64_t> most_file_bytes = std::nullopt);
@@ -56,11 +55,11 @@ class CommandProcess {
   CommandProcess& operator=(const CommandProcess&) = delete;
   ~CommandProcess();
 
-  /// Hands on each line, cut at 4096 bytes, until the child has ended. A line ends at a line feed,
-  /// or at the carriage return behind which a display of progress is written anew.
+  /// Passes on each line, cut at 4096 bytes, until the child has ended. A line ends at a line feed,
+  /// or at the carriage return after which a progress display is rewritten.
   [[nodiscard]] CommandEnd Follow(const TakeLine& take, const CommandLimits& limits = {});
 
-  /// Asks it to end; thread-safe. Nothing where it has ended.
+  /// Asks the child to end; thread-safe. No effect after its end.
   void AskToEnd();
 
   [[nodiscard]] pid_t process() const { return process_; }
@@ -81,7 +80,7 @@ class CommandProcess {
   const pid_t process_;
   Pipe output_;
   Pipe error_;
-  std::mutex mutex_;  // of what follows: a process that was waited for must not be signalled
+  std::mutex mutex_;  // guards the members below: a reaped process must not be signalled
   bool ended_ = false;
   int status_ = 0;
 };

@@ -54,7 +54,7 @@ TEST(CommandProcess, ALineWithoutAnEndIsCutAndTheNextOneHeard) {
 }
 
 TEST(CommandProcess, InheritsNoOpenFile) {
-  const int fd = open("/dev/null", O_RDONLY);  // without O_CLOEXEC, as some libraries open theirs
+  const int fd = open("/dev/null", O_RDONLY);  // no O_CLOEXEC, like files of some libraries
   ASSERT_GE(fd, 3);
   const Heard heard = Follow(Shell("test -e /proc/$$/fd/" + std::to_string(fd) + " && echo open"));
   EXPECT_THAT(heard.output, ElementsAre());

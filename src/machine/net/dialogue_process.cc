@@ -23,8 +23,8 @@ constexpr double kPatience_s = 30;
 
 tl::unexpected<Error> Broken(const std::string& what) { return Fail(what, ErrorKind::kMachine); }
 
-// Starts a program with one end of a connection as its standard input and output; an errno where it
-// cannot.
+// Starts a program with one end of a connection as its standard input and output; returns an errno
+// on failure.
 int Spawn(std::vector<std::string> words, int end, pid_t& process) {
   std::vector<char*> arguments;
   for (std::string& word : words) arguments.push_back(word.data());
@@ -55,7 +55,7 @@ int Spawn(std::vector<std::string> words, int end, pid_t& process) {
 
 Result<std::unique_ptr<DialogueProcess>> DialogueProcess::Start(
     const std::vector<std::string>& words) {
-  // A socket, as a write to a child that has ended must not end this process.
+  // A socket, since a write to a child that has ended must not end this process.
   std::array<int, 2> ends{-1, -1};
   if (socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends.data()) != 0) {
     return Broken(

@@ -1,5 +1,5 @@
-// Another program as a child, asked in lines over its standard input and answered over its standard
-// output.
+// Another program as a child, with line-based requests on its standard input and answers on its
+// standard output.
 #pragma once
 
 #include <sys/types.h>
@@ -14,27 +14,26 @@
 
 namespace trammel::machine {
 
-/// A child in a process group of its own, which Ctrl-C at the terminal does not reach: its input
-/// ends with this process or with its object, and it has to end with its input.
+/// Child in its own process group, which Ctrl-C at the terminal does not reach. Its input ends with
+/// this process or its object, and it must end with its input.
 class DialogueProcess {
  public:
-  /// Starts a program with no other file of this process open; what it writes to standard error is
-  /// shown.
+  /// Starts a program with no other file of this process open; its standard error is shown.
   /// @param words  its path, or its name on PATH, and its arguments, one word each, without a shell
   /// Errors (kMachine): it cannot be started.
   [[nodiscard]] static Result<std::unique_ptr<DialogueProcess>> Start(
       const std::vector<std::string>& words);
   DialogueProcess(const DialogueProcess&) = delete;
   DialogueProcess& operator=(const DialogueProcess&) = delete;
-  /// Ends its input and waits; kills it where it has not ended after thirty seconds.
+  /// Closes its input and waits; kills it after thirty seconds.
   ~DialogueProcess();
 
   /// Sends a line and waits for one. Errors: kMachine (it has ended, a line of more than 64 kB, no
-  /// answer in time), kInterrupted (stop); after one of them no answer could be told from that to
-  /// another line.
+  /// answer in time), kInterrupted (stop). After an error, answers can no longer be matched to
+  /// requests.
   [[nodiscard]] Result<std::string> Ask(std::string_view line, double time_limit_s,
                                         const std::stop_token& stop);
-  /// Waits for a line that it says unasked.
+  /// Waits for an unsolicited line.
   [[nodiscard]] Result<std::string> Hear(double time_limit_s, const std::stop_token& stop);
 
   [[nodiscard]] pid_t process() const { return process_; }

@@ -1,4 +1,4 @@
-// Where a server listens, and how it is believed.
+// Address of a server and the check of its identity.
 #pragma once
 
 #include <cstdint>
@@ -16,11 +16,11 @@ struct HostAndPort {
   [[nodiscard]] std::string Authority() const;
 };
 
-/// Parses "host", "host:port", "[v6]" or "[v6]:port"; without a port that of `into` stays. False
-/// where there is no host, a bracket is out of place, or the port is not 1 … 65535.
+/// Parses "host", "host:port", "[v6]" or "[v6]:port"; without a port that of `into` is unchanged.
+/// False if there is no host, a bracket is misplaced, or the port is not 1 … 65535.
 [[nodiscard]] bool ParseHostAndPort(std::string_view text, HostAndPort& into);
 
-/// A server to connect to, and its name in messages.
+/// Server to connect to, and its name in messages.
 struct Endpoint : HostAndPort {
   bool tls = false;
   bool verify_certificate = true;
@@ -29,7 +29,7 @@ struct Endpoint : HostAndPort {
   double time_limit_s = 5;        ///< > 0; of look-up, connection and TLS handshake together
   std::string server = "the server";
   std::string port_hint = {};     ///< behind the advice to check the port: " (its own is 7125)"
-  std::string plain = "http://";  ///< what to write where the server speaks no TLS
+  std::string plain = "http://";  ///< scheme if the server has no TLS
 };
 
 }  // namespace trammel::machine

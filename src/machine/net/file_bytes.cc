@@ -13,7 +13,7 @@
 namespace trammel::machine {
 namespace {
 
-/// Reads until `bytes` are full or the file ends; how many there were, or -1.
+/// Reads until `bytes` are full or the file ends; returns the count, or -1.
 ssize_t ReadInto(int fd, std::span<std::uint8_t> bytes) {
   std::size_t had = 0;
   while (had < bytes.size()) {
@@ -29,7 +29,7 @@ ssize_t ReadInto(int fd, std::span<std::uint8_t> bytes) {
 }  // namespace
 
 Result<OpenFile> OpenFile::Open(const std::filesystem::path& path) {
-  // Neither a pipe nor a device may keep the opening waiting.
+  // Opening must not block on a pipe or a device.
   const int fd = open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK | O_NOCTTY);
   if (fd < 0) {
     return Fail(errno == ENOENT ? "there is no such file; check its name"

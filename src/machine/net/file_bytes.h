@@ -1,4 +1,4 @@
-// A file in memory.
+// File in memory.
 #pragma once
 
 #include <cstdint>
@@ -9,11 +9,11 @@
 
 namespace trammel::machine {
 
-/// A regular file, opened for reading: never a device, a pipe or a folder.
+/// Regular file, opened for reading: never a device, a pipe or a folder.
 class OpenFile {
  public:
-  /// Follows links. Errors (kInput): there is none, it may not be read, it is no regular file. The
-  /// messages do not name it.
+  /// Follows links. Errors (kInput), without the file's name: it is missing, not readable, or no
+  /// regular file.
   [[nodiscard]] static Result<OpenFile> Open(const std::filesystem::path& path);
   OpenFile(OpenFile&& other) noexcept;
   OpenFile& operator=(OpenFile&&) = delete;
@@ -22,7 +22,7 @@ class OpenFile {
   ~OpenFile();
 
   [[nodiscard]] int fd() const { return fd_; }
-  [[nodiscard]] std::int64_t size() const { return size_; }  ///< when it was opened
+  [[nodiscard]] std::int64_t size() const { return size_; }  ///< size at opening
 
  private:
   explicit OpenFile(int fd) : fd_(fd) {}
@@ -30,12 +30,12 @@ class OpenFile {
   std::int64_t size_ = 0;
 };
 
-/// Errors (kInput): it is no regular file, cannot be read, or has more than `most_bytes`. The
-/// messages do not name it.
+/// Errors (kInput), without the file's name: it is no regular file, cannot be read, or has more
+/// than `most_bytes`.
 [[nodiscard]] Result<std::vector<std::uint8_t>> ReadFileBytes(const std::filesystem::path& path,
                                                               std::int64_t most_bytes);
 
-/// The first bytes of a file, up to `most`; fewer where it has fewer. Errors as above.
+/// Returns the first bytes of a file, at most `most`. Errors as above.
 [[nodiscard]] Result<std::vector<std::uint8_t>> ReadFileStart(const std::filesystem::path& path,
                                                               std::size_t most);
 

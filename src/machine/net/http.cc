@@ -45,7 +45,7 @@ HeaderFields ParseHeaderFields(std::string_view lines) {
     std::string name = LowerCase(Trimmed(line.substr(0, colon)));
     const std::string_view value = Trimmed(line.substr(colon + 1));
     std::string& field = fields[name];
-    // A server that offers several ways to sign in may send a line for each.
+    // A server with several authentication methods may send a line for each.
     const bool joins = name == "www-authenticate" && !field.empty();
     if (joins) {
       field += ", ";
@@ -66,7 +66,7 @@ std::optional<std::string> MultipartBoundary(std::string_view content_type) {
     const std::size_t equals = lower.find('=', at);
     if (equals < next && Trimmed(std::string_view(lower).substr(at + 1, equals - at - 1)) ==
                              std::string_view("boundary")) {
-      // A quoted boundary may hold a semicolon.
+      // A quoted boundary may contain a semicolon.
       std::string_view value = Trimmed(content_type.substr(equals + 1));
       if (!value.empty() && value.front() == '"') {
         value = value.substr(1, value.find('"', 1) - 1);
@@ -128,7 +128,7 @@ std::optional<MultipartReader::Delimiter> MultipartReader::FindDelimiter(std::si
   return std::nullopt;
 }
 
-/// Passes over everything up to and including a boundary's line; false where bytes are missing.
+/// Skips everything up to and including a boundary's line; false if bytes are missing.
 Result<bool> MultipartReader::Seek() {
   if (needle_.empty()) {
     std::size_t line = 0;
@@ -222,7 +222,7 @@ MultipartPart MultipartReader::Cut(std::size_t body_end) {
 Result<std::optional<MultipartPart>> MultipartReader::ReadBody() {
   if (length_) {
     if (Text().size() < *length_) return std::nullopt;
-    // A length that is too large would swallow the next part.
+    // A length that is too large would include the next part.
     const auto found = FindDelimiter(0);
     return Cut(found && found->end <= *length_ ? found->begin : *length_);
   }

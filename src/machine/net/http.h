@@ -1,5 +1,5 @@
-// Reads HTTP answers as their bytes come in: the head, chunks, and the parts of a multipart stream.
-// Pure; the bytes may be hostile.
+// Parses HTTP answers incrementally: the head, chunks, and the parts of a multipart stream. Pure;
+// the bytes may be hostile.
 #pragma once
 
 #include <cstddef>
@@ -16,59 +16,59 @@
 
 namespace trammel::machine {
 
-/// Header fields, names in lower case; of a repeated field the last one counts.
+/// Header fields, names in lower case; the last of repeated fields counts.
 using HeaderFields = std::map<std::string, std::string, std::less<>>;
 
-/// Parses "Name: value" lines. Lines without a colon are left out.
+/// Parses "Name: value" lines. Omits lines without a colon.
 [[nodiscard]] HeaderFields ParseHeaderFields(std::string_view lines);
 
-/// The number that Content-Length states; the largest where it is larger, absent where it is none.
+/// Returns the number in Content-Length; the maximum if it is too large, absent if there is none.
 [[nodiscard]] std::optional<std::uint64_t> StatedLength(const HeaderFields& fields);
 
-/// The boundary of a multipart content type, quoted or not, without dashes in front; empty where it
-/// names none; absent where the type is not multipart.
+/// Returns the boundary of a multipart content type, quoted or not, without leading dashes; empty
+/// if it names none; absent if the type is not multipart.
 [[nodiscard]] std::optional<std::string> MultipartBoundary(std::string_view content_type);
 
 struct MultipartLimits {
   std::size_t preamble_bytes = 64 * 1024;  ///< before the first boundary
-  std::size_t header_bytes = 16 * 1024;    ///< of one part
-  std::size_t body_bytes = 16'000'000;     ///< of one part
+  std::size_t header_bytes = 16 * 1024;    ///< per part
+  std::size_t body_bytes = 16'000'000;     ///< per part
 };
 
 struct MultipartPart {
   HeaderFields fields;
   std::vector<std::uint8_t> body;
-  double arrival_s = 0;  ///< of the bytes that held the body's end
+  double arrival_s = 0;  ///< arrival of the body's last bytes
 };
 
-/// Tolerates what cameras' servers do: parts with and without Content-Length, lengths that are
-/// wrong, boundaries with more dashes than announced, a boundary that was not announced, bare line
-/// feeds, text before the first boundary and between parts.
+/// Tolerates faults of cameras' servers: parts with and without Content-Length, wrong lengths,
+/// boundaries with more dashes than announced, an unannounced boundary, bare line feeds, text
+/// before the first boundary and between parts.
 class MultipartReader {
  public:
   /// @param boundary  as from MultipartBoundary(); empty: taken from the first line that begins
   /// with --.
   MultipartReader(std::string boundary, const MultipartLimits& limits);
 
-  /// Takes bytes in. @param now_s  when they came.
+  /// Adds bytes. @param now_s  their arrival.
   void Feed(std::span<const std::uint8_t> bytes, double now_s);
 
-  /// The next whole part, or nothing until more bytes come. Errors (kMachine) name the limit that
-  /// was exceeded; after one the stream cannot be continued.
+  /// Returns the next whole part; absent until more bytes arrive. Errors (kMachine) name the limit
+  /// that was exceeded; the stream cannot continue afterwards.
   [[nodiscard]] Result<std::optional<MultipartPart>> Take();
 
-  /// What there is of a part when the stream has ended: a body without its end. Absent where
-  /// nothing had begun.
+  /// Returns the incomplete part at the stream's end: a body without its end. Absent if none had
+  /// begun.
   [[nodiscard]] std::optional<MultipartPart> TakeRest();
 
-  /// Whether the closing boundary was read.
+  /// True if the closing boundary was read.
   [[nodiscard]] bool ended() const { return state_ == State::kEnded; }
 
  private:
   enum class State { kSeek, kFields, kBody, kEnded };
 
   struct Delimiter {
-    std::size_t begin = 0;  ///< of the line break in front of it
+    std::size_t begin = 0;  ///< start of the preceding line break
     std::size_t end = 0;    ///< behind the boundary's last character
   };
 
@@ -86,8 +86,8 @@ class MultipartReader {
   State state_ = State::kSeek;
   bool first_ = true;
   std::vector<std::uint8_t> buffer_;
-  std::size_t begin_ = 0;      ///< of what is not consumed yet, in buffer_
-  std::size_t searched_ = 0;   ///< of Text(): holds no whole boundary before this
+  std::size_t begin_ = 0;      ///< start of unconsumed data in buffer_
+  std::size_t searched_ = 0;   ///< in Text(): no whole boundary before this offset
   bool at_line_start_ = true;  ///< a boundary may stand at the very beginning of Text()
   std::size_t skipped_ = 0;    ///< bytes passed over while seeking
   std::uint64_t consumed_ = 0;
@@ -109,7 +109,7 @@ struct HttpHead {
 /// @param head  up to and without the blank line. Errors (kMachine): not an HTTP answer.
 [[nodiscard]] Result<HttpHead> ParseHttpHead(std::string_view head);
 
-/// Takes the frames of "Transfer-Encoding: chunked" away, piece by piece.
+/// Removes the framing of "Transfer-Encoding: chunked", piece by piece.
 class ChunkDecoder {
  public:
   /// Appends the payload of `bytes` to `out`. Errors (kMachine): not a chunk, or one above 1 GB.

@@ -1,4 +1,4 @@
-// One request over HTTP to a server that is not believed.
+// HTTP request to an untrusted server.
 #pragma once
 
 #include <cstdint>
@@ -13,22 +13,22 @@
 
 namespace trammel::machine {
 
-/// An answer of which the head was read.
+/// Answer whose head was read.
 struct HttpAnswer {
   ByteStream stream;
   HttpHead head;
-  std::vector<std::uint8_t> rest;  ///< of the body, already read
+  std::vector<std::uint8_t> rest;  ///< body bytes already read
 };
 
-/// Connects, sends a request and reads the answer's head, all before the deadline on HostNow()'s
-/// clock. A server that answers without reading the whole request counts as one that answered.
+/// Connects, sends a request and reads the answer's head, before the deadline on HostNow()'s clock.
+/// An answer before the whole request was read is accepted.
 /// Errors: those of ByteStream; kMachine: no answer in time, an answer that is not HTTP, a head of
 /// more than 64 kB.
 [[nodiscard]] Result<HttpAnswer> SendHttp(const Endpoint& endpoint, std::string_view request,
                                           double deadline_s, const std::stop_token& stop);
 
-/// Reads the body: as long as the head states, in chunks, or until the server closes. Errors: those
-/// of ByteStream; kMachine: cut off, or not whole in time; kInput: more than `most_bytes`.
+/// Reads the body: of the length in the head, in chunks, or until the server closes. Errors: those
+/// of ByteStream; kMachine: truncated, or incomplete in time; kInput: more than `most_bytes`.
 [[nodiscard]] Result<std::string> ReadHttpBody(HttpAnswer answer, std::size_t most_bytes,
                                                double deadline_s, const std::stop_token& stop);
 

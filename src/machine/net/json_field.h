@@ -1,4 +1,4 @@
-// Fields of JSON from a server that is not believed: a wrong type counts as absent.
+// JSON fields from an untrusted server: a wrong type counts as absent.
 #pragma once
 
 #include <cmath>
@@ -9,7 +9,7 @@
 
 namespace trammel::machine {
 
-/// The member, or nullptr where `object` is no object or has none of that name.
+/// Returns the member, or nullptr if `object` is no object or has none of that name.
 [[nodiscard]] inline const nlohmann::json* Member(const nlohmann::json& object,
                                                   std::string_view name) {
   if (!object.is_object()) {
@@ -45,7 +45,7 @@ namespace trammel::machine {
   return member != nullptr && member->is_boolean() ? member->get<bool>() : otherwise;
 }
 
-/// The member object, or one without members.
+/// Returns the member object, or an empty object.
 [[nodiscard]] inline const nlohmann::json& ObjectOr(const nlohmann::json& object,
                                                     std::string_view name) {
   static const nlohmann::json kEmpty = nlohmann::json::object();

@@ -31,8 +31,8 @@ using boost::system::error_code;
 using TlsStream = beast::ssl_stream<beast::tcp_stream>;
 using Found = std::vector<tcp::endpoint>;
 
-/// A look-up of a name. The system cannot be interrupted in it, so that it runs in a thread that
-/// may outlive whoever asked.
+/// Name look-up. The system call cannot be interrupted, so it runs in a thread that may outlive the
+/// caller.
 class LookUp : public std::enable_shared_from_this<LookUp> {
  public:
   using Done = std::function<void(error_code, Found)>;
@@ -40,7 +40,7 @@ class LookUp : public std::enable_shared_from_this<LookUp> {
 
   void Start(const HostAndPort& of) {
     std::thread([self = shared_from_this(), of] {
-      error_code error = asio::error::no_recovery;  // of a bug
+      error_code error = asio::error::no_recovery;  // in case of a bug
       Found found;
       (void)NoteBug([&] {
         asio::io_context own;
@@ -53,7 +53,7 @@ class LookUp : public std::enable_shared_from_this<LookUp> {
     }).detach();
   }
 
-  /// From here on nobody waits for it.
+  /// Cancels the wait for the result.
   void Cancel() {
     const std::lock_guard lock(mutex_);
     done_ = nullptr;
@@ -98,7 +98,7 @@ Result<ssl::context> MakeTlsContext(const Endpoint& endpoint) {
   return context;
 }
 
-/// Sets the name that the server is asked for and that its certificate must carry.
+/// Sets the server name to request, which its certificate must contain.
 Result<void> ExpectHost(SSL* session, const Endpoint& endpoint) {
   const char* const host = endpoint.host.c_str();
   error_code not_an_ip;
@@ -196,7 +196,7 @@ struct NetStream::State : std::enable_shared_from_this<State> {
 
   asio::io_context& io;
   const Endpoint endpoint;
-  std::optional<Error> cannot;  ///< why there is no TLS to be had
+  std::optional<Error> cannot;  ///< why TLS is unavailable
   std::optional<beast::tcp_stream> plain;
   std::optional<TlsStream> tls;
   std::shared_ptr<LookUp> look_up;

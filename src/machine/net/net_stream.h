@@ -1,4 +1,4 @@
-// A TCP connection that may speak TLS, one type for both: what is built on it is compiled once.
+// TCP connection with optional TLS, one type for both, so that code built on it is compiled once.
 #pragma once
 
 #include <boost/asio/async_result.hpp>
@@ -20,8 +20,8 @@
 
 namespace trammel::machine {
 
-/// Asio's asynchronous stream, for Beast to use. Handlers run in its io_context; executors of their
-/// own are ignored.
+/// Asynchronous stream of Asio, for Beast. Handlers run in its io_context; their own executors are
+/// ignored.
 class NetStream {
  public:
   using error_code = boost::system::error_code;
@@ -31,12 +31,12 @@ class NetStream {
   NetStream(boost::asio::io_context& io, Endpoint endpoint);
   ~NetStream();
 
-  /// Looks the host up, connects, and does the TLS handshake within the endpoint's limit. `done`
-  /// gets the error, which names the server: kInput for a certificate file that cannot be used, or
-  /// kMachine; none where all went well. Not called after Close().
+  /// Resolves the host, connects, and performs the TLS handshake within the endpoint's limit.
+  /// `done` receives the error, which names the server: kInput for an unusable certificate file, or
+  /// kMachine; absent on success. Not called after Close().
   void AsyncConnect(std::function<void(std::optional<Error>)> done);
 
-  /// Ends the connection, or the attempt; handlers that wait get operation_aborted.
+  /// Ends the connection, or the attempt; waiting handlers get operation_aborted.
   void Close();
 
   [[nodiscard]] executor_type get_executor() { return next_layer().get_executor(); }
@@ -73,7 +73,7 @@ class NetStream {
               boost::asio::buffer_sequence_end(buffers));
   }
 
-  /// Holds a handler that can only be moved for a std::function.
+  /// Wraps a move-only handler for a std::function.
   template <class Handler>
   static auto Copyable(Handler handler) {
     return [held = std::make_shared<Handler>(std::move(handler))](error_code error, auto... more) {
@@ -86,14 +86,14 @@ class NetStream {
   void Write(ConstBuffers buffers, Transferred done);
   void TearDown(boost::beast::role_type role, std::function<void(error_code)> done);
 
-  // Found by Beast, which closes a connection through them.
+  // Found by Beast through ADL, to close a connection.
   friend void teardown(boost::beast::role_type role, NetStream& stream, error_code& error);
   template <class Handler>
   friend void async_teardown(boost::beast::role_type role, NetStream& stream, Handler&& handler) {
     stream.TearDown(role, Copyable(std::forward<Handler>(handler)));
   }
 
-  std::shared_ptr<State> state_;  // its handlers share it
+  std::shared_ptr<State> state_;  // shared with its handlers
 };
 
 }  // namespace trammel::machine

@@ -27,7 +27,7 @@ class StopEvent {
 
   void Signal() const {
     const std::uint64_t one = 1;
-    // The counter of a fresh eventfd takes it; there is nothing to do where it does not.
+    // The write to a fresh eventfd's counter succeeds; a failure has no remedy.
     [[maybe_unused]] const auto written = write(fd_, &one, sizeof one);
   }
   [[nodiscard]] int fd() const { return fd_; }
@@ -42,7 +42,7 @@ Waited WaitForFd(int fd, short events, double deadline_s, const std::stop_token&
   if (stop.stop_requested()) return Waited::kStopped;
   const StopEvent event;
   const std::stop_callback on_stop(stop, [&event] { event.Signal(); });
-  // Where the system has no descriptor left for the event, stops are looked for ten times a second.
+  // If the system has no descriptor for the event, stops are polled ten times a second.
   constexpr double kSlice_s = 0.1;
   for (;;) {
     const double left_s = std::max(0.0, deadline_s - HostNow());

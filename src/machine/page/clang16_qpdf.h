@@ -1,6 +1,6 @@
-// Lets clang 16 compile qpdf's headers as C++20: it instantiates std::vector's destructor, which is
-// constexpr there, for an element that is not complete yet. Here it is not constexpr. Included
-// before anything else.
+// Lets clang 16 compile qpdf's headers as C++20: it instantiates std::vector's constexpr destructor
+// for an element that is still incomplete. Here the destructor is not constexpr. Included before
+// anything else.
 #pragma once
 
 #include <memory>

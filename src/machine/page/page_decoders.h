@@ -1,4 +1,4 @@
-// One decoder for each format of pages. All of them fill a Page row by row, as the rows come.
+// Decoders of the page formats. Each fills a Page row by row as the rows arrive.
 #pragma once
 
 #include <cstddef>
@@ -10,31 +10,32 @@
 
 namespace trammel::machine {
 
-/// What a file's header says of its rows.
+/// Row layout from a file's header.
 struct PageLayout {
   std::int64_t width = 0;
   std::int64_t height = 0;
   int samples = 1;             ///< per pixel: grey, grey and alpha, RGB, RGB and alpha
-  int bits = 8;                ///< of a sample: 1, 8 or 16 (in the processor's order)
-  bool white_is_zero = false;  ///< of grey
+  int bits = 8;                ///< per sample: 1, 8 or 16 (native byte order)
+  bool white_is_zero = false;  ///< greyscale only
 };
 
-/// A page of the layout's size without its rows: a header costs nothing until they come. An error
-/// where it is too large or none that is read.
+/// Creates a page of the layout's size without rows: a header costs no memory. Error: too large, or
+/// an unsupported layout.
 [[nodiscard]] Result<Page> MakePage(const PageLayout& layout, const PageReadOptions& options);
 
-/// One row to fill. It takes its memory with the first call for it or for one below.
+/// Returns a row to fill. Its memory is allocated with the first call for it or for a row below.
 /// REQUIRES 0 <= y < height.
 [[nodiscard]] std::uint8_t* RowOf(Page& page, int y);
 
 /// Fills one row. REQUIRES a page of this layout, 0 <= y < height, and a whole row.
 void FillRow(const PageLayout& layout, std::span<const std::uint8_t> row, int y, Page& page);
 
-/// Fills every `step`th pixel of a row from `first` on. REQUIRES as many in `row`.
+/// Fills every `step`th pixel of a row from `first` on. REQUIRES as many pixels in `row`.
 void FillPixels(const PageLayout& layout, std::span<const std::uint8_t> row, int y, int first,
                 int step, Page& page);
 
-/// Refuses a raster that is larger than packing by `most_packed` at best can make of the file.
+/// Rejects a raster that is larger than the file can contain at the maximum compression
+/// `most_packed`.
 [[nodiscard]] Result<void> CheckRaster(const PageLayout& layout, double most_packed,
                                        std::uintmax_t file_bytes);
 

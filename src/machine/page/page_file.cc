@@ -61,7 +61,7 @@ std::uint8_t OnWhite(unsigned value, unsigned alpha) {
   return static_cast<std::uint8_t>((value * alpha + 255U * (255U - alpha) + 127U) / 255U);
 }
 
-// A sample as 8 bits.
+// Sample as 8 bits.
 class Samples {
  public:
   Samples(const PageLayout& layout, std::span<const std::uint8_t> row)
@@ -113,7 +113,7 @@ Result<Page> MakePage(const PageLayout& layout, const PageReadOptions& options) 
   page.height = static_cast<int>(layout.height);
   page.channels = layout.samples < 3 ? 1 : 3;
   try {
-    // Addresses only: memory comes with the rows.
+    // Reserves addresses only: memory is used as rows arrive.
     page.samples.reserve(static_cast<std::size_t>(page.stride()) *
                          static_cast<std::size_t>(page.height));
   } catch (const std::bad_alloc&) {

@@ -106,7 +106,7 @@ std::string JpegBytes(bool progressive = false) {
   return bytes;
 }
 
-const std::string kGrey = "/ColorSpace /DeviceGray /BitsPerComponent 8";  // of a picture in a PDF
+const std::string kGrey = "/ColorSpace /DeviceGray /BitsPerComponent 8";  // grey picture in a PDF
 
 class PageFile : public testing::Test {
  protected:
@@ -260,7 +260,7 @@ TEST_F(PageFile, ReadsTiffsOfEveryDepthWithTheirResolution) {
 
 TEST_F(PageFile, ReadsTilesAndManyPages) {
   const Page page = Only(Tiff({}, PHOTOMETRIC_MINISBLACK, true));
-  // By way of colours: grey comes as three equal channels.
+  // Tiles are decoded as colour: grey becomes three equal channels.
   ASSERT_EQ(page.channels, 3);
   EXPECT_EQ(page.view().row(20)[3 * 30], Value(30, 20, 0));
   const auto pages = ReadPages(Tiff({}, PHOTOMETRIC_MINISBLACK, false, 3));
@@ -291,7 +291,7 @@ TEST_F(PageFile, ReadsJpegs) {
     const Page page = Only(Written("page.jpg", JpegBytes(progressive)));
     ExpectDpi(page, 600, 300);
     ASSERT_EQ(page.channels, 1);
-    constexpr int kLoss = 2;  // of quality 100, by rounding in the transform
+    constexpr int kLoss = 2;  // at quality 100, from rounding in the transform
     EXPECT_NEAR(page.view().row(20)[30], 4 * 30 + 3 * 20, kLoss);
   }
 }
@@ -346,7 +346,7 @@ TEST_F(PageFile, TakesThePictureOfAPdfTheWayItIsDrawn) {
   ASSERT_NE(first, last);
   EXPECT_EQ(top("q 4.44 0 0 2.76 0 0 cm /Im0 Do Q"), first);
   EXPECT_EQ(top("0 4.44 -2.76 0 2.76 0 cm /Im0 Do"), first);      // turned by 90 degrees
-  EXPECT_EQ(top("-4.44 0 0 -2.76 4.44 2.76 cm /Im0 Do"), first);  // by 180
+  EXPECT_EQ(top("-4.44 0 0 -2.76 4.44 2.76 cm /Im0 Do"), first);  // rotated by 180
   EXPECT_EQ(top("q 4.44 0 0 -2.76 0 2.76 cm /Im0 Do Q"), last);   // rows from the bottom
   EXPECT_EQ(top("-4.44 0 0 2.76 4.44 0 cm /Im0 Do"), last);       // mirrored left to right
   EXPECT_EQ(top("1 0 0 -1 0 2.76 cm q 4.44 0 0 -2.76 0 2.76 cm /Im0 Do Q"), first);  // twice
@@ -467,7 +467,7 @@ std::string LittleEndian(std::uint32_t value, int bytes) {
   return text;
 }
 
-// Of a chunk of a PNG.
+// Computes the CRC of a PNG chunk.
 std::uint32_t CheckSum(const std::string& text) {
   boost::crc_32_type sum;
   sum.process_bytes(text.data(), text.size());

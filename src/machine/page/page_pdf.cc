@@ -17,9 +17,9 @@
 namespace trammel::machine {
 namespace {
 
-constexpr int kMostSeconds = 20;  // of computing
+constexpr int kMostSeconds = 20;  // CPU time
 
-/// What the library may take for a file, bytes.
+/// Memory limit of the library for a file, bytes.
 std::uint64_t MemoryFor(std::uint64_t file_bytes) {
   constexpr std::uint64_t kAlways = std::uint64_t{256} << 20U;
   return kAlways + 4 * file_bytes;
@@ -29,8 +29,8 @@ std::uint64_t RowBytes(const PageLayout& layout) {
   return static_cast<std::uint64_t>((layout.width * layout.samples * layout.bits + 7) / 8);
 }
 
-/// Brings a picture to lie as its page draws it, but for turns, and takes its resolution from
-/// there.
+/// Mirrors a picture as its page draws it, without rotation, and computes its resolution from the
+/// drawn size.
 Page AsDrawn(const PdfPicture& told, Page page) {
   constexpr double kPointsPerInch = 72;
   if (told.mirrored) {
@@ -48,7 +48,7 @@ Page AsDrawn(const PdfPicture& told, Page page) {
   return page;
 }
 
-/// Puts a page together from what the child tells.
+/// Builds a page from the child's messages.
 class PdfPage {
  public:
   explicit PdfPage(std::uint64_t file_bytes) : file_bytes_(file_bytes) {}
@@ -100,7 +100,7 @@ class PdfPage {
 
 Result<void> TakePages(ChildProcess& child, std::uint64_t file_bytes,
                        const PageReadOptions& options, const PageSink& sink) {
-  constexpr double kSilence_s = 120;  // its seconds of computing are limited; a machine may be busy
+  constexpr double kSilence_s = 120;  // for a busy machine: CPU time is limited separately
   PdfPage page(file_bytes);
   ChildMessage message;
   for (;;) {

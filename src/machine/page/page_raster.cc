@@ -52,7 +52,7 @@ Result<Page> DecodeJpeg(std::span<const std::uint8_t> bytes, const PageReadOptio
 
 namespace {
 
-// Interlaced, a picture comes as seven smaller ones, whose pixels lie between one another.
+// Fills an interlaced picture from its seven smaller passes with interleaved pixels.
 Result<Page> FillPasses(image::PngReader& png, const PageLayout& layout, Page page) {
   std::vector<std::uint8_t> row(png.row_bytes());
   for (int pass = 0; pass < PNG_INTERLACE_ADAM7_PASSES; ++pass) {

@@ -22,7 +22,7 @@ struct FreeOptions {
   void operator()(TIFFOpenOptions* options) const { TIFFOpenOptionsFree(options); }
 };
 
-// Keeps the library's first complaint. 1: nothing else is to print it.
+// Records the library's first message. 1: suppresses further output.
 int Keep(TIFF* /*tiff*/, void* first, const char* /*module*/, const char* format, va_list values) {
   auto& message = *static_cast<std::string*>(first);
   if (message.empty()) {
@@ -65,7 +65,7 @@ Error EndsEarly(int row, const std::string& said) {
 
 constexpr std::int64_t kMostOfRare = 200'000'000;
 
-/// By how much a way of packing makes a raster smaller at best; 0 for those that are not read.
+/// Returns the highest compression ratio of a method for a raster; 0 for unsupported methods.
 double MostPacked(std::uint16_t compression, std::uint32_t width) {
   switch (compression) {
     case COMPRESSION_NONE:
@@ -89,7 +89,7 @@ double MostPacked(std::uint16_t compression, std::uint32_t width) {
   }
 }
 
-/// Whether the file can hold what its header states.
+/// Checks that the file's size fits its header.
 Result<void> CheckPacked(const Tiff& tiff, const PageLayout& layout, std::uintmax_t file_bytes) {
   const auto compression = Tag<std::uint16_t>(tiff, TIFFTAG_COMPRESSION, COMPRESSION_NONE);
   const double packed = MostPacked(compression, static_cast<std::uint32_t>(layout.width));
@@ -102,7 +102,7 @@ Result<void> CheckPacked(const Tiff& tiff, const PageLayout& layout, std::uintma
   return CheckRaster(layout, packed, file_bytes);
 }
 
-// Whatever the library knows, by way of four bytes a pixel.
+// Reads any format that the library supports, through four bytes a pixel.
 Result<Page> ReadRare(const Tiff& tiff, PageLayout layout, const PageReadOptions& options,
                       const std::string& said) {
   PageReadOptions fewer = options;
@@ -133,7 +133,7 @@ Result<Page> ReadRare(const Tiff& tiff, PageLayout layout, const PageReadOptions
   return page;
 }
 
-// Rows in strips, as scanners write them.
+// Reads rows in strips, as scanners write them.
 Result<Page> ReadRows(const Tiff& tiff, const PageLayout& layout, const PageReadOptions& options,
                       const std::string& said) {
   auto page = MakePage(layout, options);
@@ -178,13 +178,13 @@ Result<Page> ReadDirectory(const Tiff& tiff, const PageReadOptions& options,
 Result<void> ReadTiff(const std::filesystem::path& path, const PageReadOptions& options,
                       const PageSink& sink) {
   constexpr tmsize_t kMostAtOnce = 4 * kMostOfRare;  // bytes that a hostile header may ask for
-  constexpr int kMostDirectories = 1000;             // with those of thumbnails
+  constexpr int kMostDirectories = 1000;             // including thumbnails
   std::string said;
   const std::unique_ptr<TIFFOpenOptions, FreeOptions> open(TIFFOpenOptionsAlloc());
   TIFFOpenOptionsSetErrorHandlerExtR(open.get(), Keep, &said);
   TIFFOpenOptionsSetWarningHandlerExtR(open.get(), Ignore, nullptr);
   TIFFOpenOptionsSetMaxSingleMemAlloc(open.get(), kMostAtOnce);
-  // m: no map of the file, which may shrink while it is read.
+  // m: no memory map of the file, which may shrink during reading.
   const Tiff tiff(TIFFOpenExt(path.c_str(), "rm", open.get()));
   if (!tiff) return tl::unexpected(EndsEarly(0, said));
   std::error_code unknown;

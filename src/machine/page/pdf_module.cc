@@ -30,12 +30,12 @@
 namespace trammel::machine {
 namespace {
 
-/// A picture, or a mask through which a colour is drawn.
+/// Picture, or a mask through which a colour is drawn.
 struct DrawnPicture {
   QPDFObjectHandle picture;
-  QPDFMatrix sheet_from_picture;  ///< from the unit square, whose y runs up, to points
+  QPDFMatrix sheet_from_picture;  ///< unit square, y upwards, to points
 
-  /// Whether its rows run up the sheet, or it is mirrored: viewers show it the other way round.
+  /// True if its rows run up the sheet, or it is mirrored: viewers show it the other way round.
   [[nodiscard]] bool mirrored() const;
   [[nodiscard]] double width_pt() const;
   [[nodiscard]] double height_pt() const;
@@ -47,7 +47,7 @@ std::string NameAt(QPDFObjectHandle dictionary, const char* key) {
   return value.isName() ? value.getName() : std::string();
 }
 
-/// Follows the operators that place pictures, into forms as well.
+/// Follows the operators that place pictures, including forms.
 class Drawing final : public QPDFObjectHandle::ParserCallbacks {
  public:
   Drawing(const QPDFPageObjectHelper& holder, QPDFMatrix matrix, int depth,
@@ -129,10 +129,11 @@ double DrawnPicture::area_pt2() const {
   return std::abs(m.a * m.d - m.b * m.c);
 }
 
-/// The one picture that a scanner puts on a page; logos may lie beside it. Errors: no picture,
-/// several that share the page (strips, or the layers of a compact PDF), one that is drawn askew.
+/// Returns the one picture that a scanner puts on a page, possibly beside logos. Errors: no
+/// picture, several that share the page (strips, or the layers of a compact PDF), one that is drawn
+/// askew.
 Result<DrawnPicture> PictureOf(QPDFPageObjectHelper& page) {
-  constexpr double kMostBeside = 0.1;  // of its area
+  constexpr double kMostBeside = 0.1;  // share of its area
   constexpr double kAskew = 1e-3;
   std::vector<DrawnPicture> drawn;
   Drawing(page, QPDFMatrix(), 0, drawn).Follow();
@@ -164,7 +165,7 @@ std::int64_t Whole(QPDFObjectHandle dictionary, const char* key, std::int64_t ot
   return value.isInteger() ? value.getIntValue() : otherwise;
 }
 
-// Samples per pixel; 0 for colours that are not read.
+// Returns the samples per pixel; 0 for unsupported colours.
 int SamplesOf(QPDFObjectHandle space) {
   const std::string name =
       space.isArray() && space.getArrayNItems() > 0
@@ -188,10 +189,10 @@ std::string FilterOf(QPDFObjectHandle dictionary) {
   return filter.isNull() ? "" : "several filters";
 }
 
-/// Thrown where all that is wanted has come. No std::exception, which the library would keep.
+/// Thrown once all wanted data arrived. Not a std::exception, which the library would catch.
 struct Enough {};
 
-/// Hands on what is unpacked, as it comes, and no more than is wanted.
+/// Passes on unpacked data as it arrives, and no more than is wanted.
 class ToParent final : public Pipeline {
  public:
   ToParent(const ChildSender& sender, std::uint64_t wanted)
@@ -215,13 +216,13 @@ class ToParent final : public Pipeline {
   std::uint64_t left_;
 };
 
-/// The colours of a picture whose samples are their numbers.
+/// Palette of a picture with indexed samples.
 struct Palette {
-  int bits = 0;                      ///< of a number: 1, 2, 4 or 8
+  int bits = 0;                      ///< per colour index: 1, 2, 4 or 8
   std::vector<std::uint8_t> colour;  ///< layout.samples each
 };
 
-/// Puts the colours in place of their numbers, row by row.
+/// Replaces indices by colours, row by row.
 class Expand final : public Pipeline {
  public:
   Expand(const PageLayout& layout, const Palette& palette, Pipeline& next)
@@ -266,7 +267,7 @@ std::uint64_t RowBytes(const PageLayout& layout) {
   return static_cast<std::uint64_t>((layout.width * layout.samples * layout.bits + 7) / 8);
 }
 
-/// Whether the count of its bytes is a number at all.
+/// True if its size in bytes fits into a number.
 bool MayBePage(const PageLayout& layout) {
   constexpr std::int64_t kMost = 1'000'000;
   const auto within = [](std::int64_t number, std::int64_t most) {
@@ -276,7 +277,7 @@ bool MayBePage(const PageLayout& layout) {
          within(layout.bits, 16);
 }
 
-/// The colours of an indexed picture; those of any other are not there.
+/// Returns the colours of an indexed picture; empty for any other.
 Result<Palette> PaletteOf(QPDFObjectHandle dictionary, PageLayout& layout) {
   constexpr int kParts = 4;  // /Indexed, the colours' space, the highest number, the colours
   QPDFObjectHandle space = dictionary.getKey("/ColorSpace");
@@ -338,8 +339,8 @@ Result<PdfPicture> Describe(QPDFObjectHandle picture, Palette& palette) {
   return told;
 }
 
-/// A mask finer than the picture has the shapes of what is printed: the picture, their colours
-/// alone.
+/// Rejects a mask finer than the picture: it contains the printed shapes, and the picture only
+/// their colours.
 Result<void> CheckMask(QPDFObjectHandle dictionary) {
   for (const char* key : {"/SMask", "/Mask"}) {
     QPDFObjectHandle mask = dictionary.getKey(key);
@@ -364,7 +365,7 @@ Result<void> SendPage(QPDFPageObjectHelper helper, std::uint64_t file_bytes,
   told.height_pt = drawn.height_pt();
   told.mirrored = drawn.mirrored();
   sender.Send(kPdfPicture, std::span(reinterpret_cast<const std::uint8_t*>(&told), sizeof told));
-  std::uint64_t wanted = 0;  // of a picture that no page can be: the caller refuses it
+  std::uint64_t wanted = 0;  // 0 if the picture cannot be a page: the caller refuses it
   if (told.jpeg) {
     wanted = file_bytes;
   } else if (MayBePage(told.layout)) {
@@ -385,7 +386,7 @@ Result<void> SendPage(QPDFPageObjectHelper helper, std::uint64_t file_bytes,
 Result<void> SendPages(const std::filesystem::path& path, std::uint64_t file_bytes,
                        std::uint64_t most_bytes, const PageReadOptions& options,
                        const ChildSender& sender) {
-  // The library goes on where memory fails it, and then blames the file.
+  // Without memory the library continues, and then reports a damaged file.
   static bool ran_out = false;
   std::set_new_handler([] {
     ran_out = true;

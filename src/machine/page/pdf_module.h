@@ -1,5 +1,5 @@
-// trammel-pdf.so: the pictures on a PDF's pages, by qpdf, which brings GnuTLS along. It works in a
-// child, as nothing bounds what the library unpacks for itself but the process that it is in.
+// trammel-pdf.so: extracts the pictures on a PDF's pages, by qpdf, which depends on GnuTLS. It runs
+// in a child process, since only a process limit bounds what the library unpacks internally.
 #pragma once
 
 #include <cstdint>
@@ -12,19 +12,19 @@
 
 namespace trammel::machine {
 
-/// What is told of a page, before the bytes of its picture.
+/// Header of a page, before the bytes of its picture.
 struct PdfPicture {
-  PageLayout layout;       ///< of the unpacked rows; without meaning for a JPEG
-  double most_packed = 1;  ///< by what the picture's packing can make it smaller at best
+  PageLayout layout;       ///< unpacked rows; undefined for a JPEG
+  double most_packed = 1;  ///< highest compression ratio of the packing
   bool jpeg = false;
-  double width_pt = 0;    ///< as the page draws it, along its rows
+  double width_pt = 0;    ///< drawn width, along its rows
   double height_pt = 0;   ///< and across
-  bool mirrored = false;  ///< as stored: its rows come from the last to the first
+  bool mirrored = false;  ///< true if stored from the last row to the first
 };
 static_assert(std::is_trivially_copyable_v<PdfPicture>);
 
-/// Kinds of messages: a PdfPicture, pieces of its bytes, the ends of page and file, and in its
-/// place what is wrong with the file.
+/// Kinds of messages: a PdfPicture, pieces of its bytes, the ends of page and file, or in their
+/// place the file's fault.
 enum PdfMessage : std::uint32_t {
   kPdfPicture = 1,
   kPdfBytes,
@@ -34,16 +34,16 @@ enum PdfMessage : std::uint32_t {
 };
 
 struct PdfModule {
-  /// Sends each page of a file: a PdfPicture, its bytes (rows as stored, unpacked; of a JPEG the
-  /// file) and kPdfPageEnds. Stops where `sender` takes no more. Errors: what is wrong with the
-  /// file, in words for its owner.
-  /// @param most_bytes  of memory, which the caller limits; for the message
+  /// Sends each page of a file: a PdfPicture, its bytes (unpacked rows as stored; of a JPEG the
+  /// file) and kPdfPageEnds. Stops when `sender` accepts no more. Errors: the file's fault, in
+  /// words for its owner.
+  /// @param most_bytes  of memory, limited by the caller; for the message
   Result<void> (*send_pages)(const std::filesystem::path& path, std::uint64_t file_bytes,
                              std::uint64_t most_bytes, const PageReadOptions& options,
                              const ChildSender& sender);
 };
 
-/// The module's table. Errors (kInput): those of LoadModule.
+/// Returns the module's function table. Errors (kInput): those of LoadModule.
 [[nodiscard]] Result<const PdfModule*> FindPdfModule();
 
 }  // namespace trammel::machine

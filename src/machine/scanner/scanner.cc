@@ -41,7 +41,7 @@ std::string_view Before(std::string_view text, std::string_view mark) {
   return text.substr(0, text.find(mark));
 }
 
-/// Takes the values of an option: "Gray|Color", "75|150|600dpi", "0..215.9mm", "yes|no".
+/// Parses the values of an option: "Gray|Color", "75|150|600dpi", "0..215.9mm", "yes|no".
 void TakeValues(std::string_view values, ScannerOption& option) {
   if (const std::size_t dots = values.find(".."); dots != std::string_view::npos) {
     const auto least = NumberOf(values.substr(0, dots));
@@ -55,7 +55,7 @@ void TakeValues(std::string_view values, ScannerOption& option) {
     values.remove_prefix(std::min(choice.size() + 1, values.size()));
     if (!choice.empty()) option.choices.emplace_back(choice);
   }
-  // Of numbers the last one has the unit behind it.
+  // The last number is followed by the unit.
   const bool numbers = std::all_of(option.choices.begin(), option.choices.end(),
                                    [](const auto& choice) { return NumberOf(choice).has_value(); });
   if (!numbers || option.choices.empty()) return;
@@ -95,7 +95,7 @@ void ScannerOptions::Add(std::string_view line) {
   if (option.name.empty()) return;
   line.remove_prefix(option.name.size());
   option.active = line.find("[inactive]") == std::string_view::npos;
-  constexpr std::string_view kFlag = "[=(";  // of yes and no
+  constexpr std::string_view kFlag = "[=(";  // boolean option
   if (line.starts_with(kFlag)) {
     TakeValues(Before(line.substr(kFlag.size()), ")"), option);
   } else {
@@ -122,7 +122,7 @@ using Words = std::vector<std::string>;
 
 constexpr double kInch_mm = 25.4;
 
-/// SANE's words for a status, and what to do.
+/// SANE's text of a status, and the remedy.
 struct Advice {
   std::string_view said;
   std::string_view remedy;
@@ -153,12 +153,12 @@ std::string_view RemedyFor(const std::string& said) {
 struct Run {
   std::string about;  ///< whom, for messages
   std::stop_token stop;
-  std::uint64_t most_bytes = 1 << 20;  ///< of a file that it writes
+  std::uint64_t most_bytes = 1 << 20;  ///< per output file
   std::function<void(std::string_view)> take_line = {};
   std::function<void(double)> progress = {};
 };
 
-/// Takes what scanimage prints as its progress: "Progress: 12.3%".
+/// Parses scanimage's progress: "Progress: 12.3%".
 bool TakeProgress(std::string_view line, const Run& run) {
   constexpr std::string_view kProgress = "Progress: ";
   if (!line.starts_with(kProgress)) return false;
@@ -179,7 +179,7 @@ Result<void> ScanImage(const ScanRequest& request, const Words& more, const Run&
   Words words = {"/usr/bin/env", "LC_ALL=C", request.program};
   words.insert(words.end(), more.begin(), more.end());
   auto process = TRY(CommandProcess::Start(words, run.most_bytes));
-  std::string said;  // its last words
+  std::string said;  // its last output
   const CommandEnd end = process->Follow(
       [&](OutputStream stream, std::string_view line) {
         constexpr std::size_t kLongest = 300;
@@ -187,7 +187,7 @@ Result<void> ScanImage(const ScanRequest& request, const Words& more, const Run&
         if (stream == OutputStream::kOutput || TakeProgress(line, run)) return;
         constexpr std::string_view kName = "scanimage: ";
         if (line.starts_with(kName)) line.remove_prefix(kName.size());
-        // Of a driver's own process, which ends behind what is to be known.
+        // Messages of a driver's own process, which ends after the relevant message.
         if (line.empty() || line.starts_with("received signal") ||
             line.starts_with("trying to stop scanner")) {
           return;
@@ -238,7 +238,7 @@ Result<std::string> ChooseDevice(const ScanRequest& request) {
   return Fail(fmt::format("there are several scanners; name one of them with --device:{}", names));
 }
 
-/// The scanner's own word for grey or colour; empty where it has no choice.
+/// Returns the scanner's own name of grey or colour; empty if it has no choice.
 Result<std::string> ModeOf(const ScannerOptions& options, bool color) {
   const ScannerOption* option = options.FindActive("mode");
   if (option == nullptr || option->choices.empty()) return std::string();
@@ -253,7 +253,7 @@ Result<std::string> ModeOf(const ScannerOptions& options, bool color) {
                           color ? "away" : "on"));
 }
 
-/// Adds the area to the words. @returns how large it is; absent where the scanner does not say.
+/// Adds the area to the words. @returns its size; absent if the scanner does not state it.
 Result<std::optional<ScanArea>> AddArea(const ScannerOptions& options,
                                         const std::optional<ScanArea>& wanted, Words& words) {
   ScanArea area = wanted.value_or(ScanArea{});
@@ -339,7 +339,7 @@ Result<void> AddSettings(const ScannerOptions& options, const ScanRequest& reque
   return AddOwnOptions(options, request, words);
 }
 
-/// Errors: the resolution that the page states is not the one that was asked for.
+/// Errors: the page's stated resolution differs from the requested one.
 Result<Page> ReadBack(const std::filesystem::path& path, double dpi,
                       const PageReadOptions& limits) {
   auto pages = ReadPages(path, limits);
@@ -359,7 +359,7 @@ Result<Page> ReadBack(const std::filesystem::path& path, double dpi,
               ErrorKind::kMachine);
 }
 
-/// Writes the page in place of what the file holds.
+/// Replaces the file's content by the page.
 Result<void> WriteAsPng(const Page& page, const files::NewFile& file) {
   if (ftruncate(file.fd(), 0) != 0) return Fail("the page cannot be written anew; check the disk");
   image::PngForm form;
@@ -419,13 +419,14 @@ Result<Page> ScanPage(const ScanRequest& request, const std::filesystem::path& t
   auto file = files::NewFile::Create(to, files::IfThere::kRefuse);
   if (!file) return Fail("page " + file.error().message);
   words = named;
-  // Debian 12's scanimage dies of a PNG whose length the scanner does not know beforehand.
+  // Debian 12's scanimage crashes on a PNG if the scanner does not know the page's length in
+  // advance.
   words.insert(words.end(), {"--format=tiff", "--progress",
                              fmt::format("--output-file={}", file->temporary_path().string())});
   TRY(AddSettings(options, request, limits, words));
   run.take_line = {};
   run.progress = progress;
-  constexpr std::uint64_t kHeads = 1 << 20;  // of the file, and of its rows
+  constexpr std::uint64_t kHeads = 1 << 20;  // headers of file and rows
   run.most_bytes = 3 * static_cast<std::uint64_t>(limits.most_pixels) + kHeads;
   TRY(ScanImage(request, words, run));
   auto page = ReadBack(file->temporary_path(), request.dpi, limits);

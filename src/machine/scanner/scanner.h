@@ -1,4 +1,4 @@
-// Flatbed scanners, through SANE's own program scanimage.
+// Flatbed scanners, through SANE's program scanimage.
 #pragma once
 
 #include <filesystem>
@@ -17,13 +17,13 @@
 namespace trammel::machine {
 
 struct ScannerInfo {
-  std::string name;  ///< As SANE calls it; what ScanRequest::device takes.
+  std::string name;  ///< SANE's name, as for ScanRequest::device
   std::string vendor;
   std::string model;
   std::string kind;  ///< "flatbed scanner" and the like
 };
 
-/// From the glass's corner where x and y are 0.
+/// Area from the glass's corner where x and y are 0.
 struct ScanArea {
   double x_mm = 0;
   double y_mm = 0;
@@ -38,24 +38,24 @@ struct ScanRequest {
   std::optional<ScanArea> area;  ///< Absent: all of the glass.
   std::vector<std::pair<std::string, std::string>> options;  ///< SANE's own, set last.
   std::string program = "/usr/bin/scanimage";
-  /// How long scanimage may print nothing, > 0: cold lamps take a minute.
+  /// Maximum time without output from scanimage, > 0: cold lamps take a minute.
   double silence_s = 120;
-  /// How long it may take to end once it was asked, > 0: until the carriage is back, with some.
+  /// Maximum time to end after the request, > 0: until the carriage is back, plus a margin.
   double rest_s = 20;
 };
 
-/// Errors (kMachine): no scanimage; its drivers crash or hang.
+/// Errors (kMachine): scanimage is missing; its drivers crash or hang.
 [[nodiscard]] Result<std::vector<ScannerInfo>> ListScanners(const ScanRequest& request = {});
 
-/// Whether a page can be scanned into a file of that name: .png, .tif or .tiff, and not there yet.
+/// Checks that a page can be scanned into a file of that name: .png, .tif or .tiff, and a new one.
 [[nodiscard]] Result<void> CheckPagePath(const std::filesystem::path& path);
 
 /// Scans one page into a new file, which is read back. REQUIRES CheckPagePath().
-/// @param progress  is given the share of the page that is there, 0 … 1, now and then.
-/// @returns the page, with the resolution that the scanner took. Errors (kMachine), with what to
-///          do: no scanimage; no scanner; busy, jammed, open cover, no permission, a connection
-///          that broke; a driver that crashed, or printed nothing for too long; (kInput) several
-///          scanners and none named; a resolution, area or option that the scanner has not, naming
+/// @param progress  receives the share of the page scanned, 0 … 1, now and then.
+/// @returns the page, with the scanner's actual resolution. Errors (kMachine), with the remedy:
+///          no scanimage; no scanner; busy, jammed, open cover, no permission, a connection that
+///          broke; a driver that crashed, or printed nothing for too long; (kInput) several
+///          scanners and none named; a resolution, area or option that the scanner lacks, with
 ///          those that it has; a page above the limit; (kInterrupted) stopped.
 [[nodiscard]] Result<Page> ScanPage(const ScanRequest& request, const std::filesystem::path& to,
                                     const PageReadOptions& limits,
@@ -63,25 +63,25 @@ struct ScanRequest {
                                     const std::stop_token& stop);
 
 struct ScannerOption {
-  std::string name;                                ///< without its dashes: "resolution", "x"
+  std::string name;                                ///< without dashes: "resolution", "x"
   bool active = true;                              ///< false: not as the other options are set
-  std::vector<std::string> choices;                ///< that it may have; empty: any, or a range
+  std::vector<std::string> choices;                ///< allowed values; empty: any, or a range
   std::optional<std::pair<double, double>> range;  ///< least and most
 
-  /// Whether it takes a number; any where it states nothing.
+  /// True if it accepts a number; any if it lists none.
   [[nodiscard]] bool Takes(double value) const;
   [[nodiscard]] bool Takes(std::string_view value) const;
-  /// For messages: "75, 150, 300" or "1 to 1200".
+  /// Returns the text for messages: "75, 150, 300" or "1 to 1200".
   [[nodiscard]] std::string Values() const;
 };
 
 class ScannerOptions {
  public:
-  /// Reads one line of the list; one that describes no option is passed over.
+  /// Parses one line of the list; skips a line that describes no option.
   void Add(std::string_view line);
 
   [[nodiscard]] const ScannerOption* Find(std::string_view name) const;
-  /// Likewise, null where it is not active.
+  /// Finds an option in the same way; null if it is not active.
   [[nodiscard]] const ScannerOption* FindActive(std::string_view name) const;
 
  private:

@@ -19,8 +19,8 @@ using Bytes = std::span<const std::uint8_t>;
 
 constexpr std::int64_t kChunkHead = 8;
 constexpr std::int64_t kListHead = 12;
-constexpr std::int64_t kMostOfHead = 1 << 20;  // of a stream's list, which takes some hundred bytes
-constexpr std::size_t kMostParts = 1'000'000;  // of a file of 100,000 frames, with sound
+constexpr std::int64_t kMostOfHead = 1 << 20;  // per stream's list, which takes some hundred bytes
+constexpr std::size_t kMostParts = 1'000'000;  // enough for 100,000 frames with sound
 
 std::uint32_t U32(Bytes bytes, std::size_t at) {
   return bytes[at] | bytes[at + 1] << 8U | bytes[at + 2] << 16U |
@@ -57,7 +57,7 @@ tl::unexpected<Error> AviReader::Broken(const std::string& what) const {
   return Fail(fmt::format("video '{}': {}", path_.string(), what), ErrorKind::kMeasurement);
 }
 
-/// Up to `count` bytes: fewer at the file's end, none where it cannot be read.
+/// Reads up to `count` bytes: fewer at the file's end, none if it cannot be read.
 std::vector<std::uint8_t> AviReader::BytesAt(std::int64_t at, std::size_t count) const {
   const std::int64_t left = std::max<std::int64_t>(file_.size() - at, 0);
   std::vector<std::uint8_t> bytes(std::min(count, static_cast<std::size_t>(left)));
@@ -65,7 +65,7 @@ std::vector<std::uint8_t> AviReader::BytesAt(std::int64_t at, std::size_t count)
   return bytes;
 }
 
-/// The chunk's head; absent where less than that is left.
+/// Reads the chunk's header; absent if too few bytes are left.
 std::optional<AviReader::Chunk> AviReader::ChunkAt(std::int64_t at) const {
   const auto head = BytesAt(at, kListHead);
   if (head.size() < kChunkHead) return std::nullopt;
@@ -89,7 +89,7 @@ Result<void> AviReader::CheckHead() {
   return {};
 }
 
-/// Takes one stream's list where it is the first video.
+/// Reads one stream's list if it is the first video.
 void AviReader::TakeStream(const std::vector<std::uint8_t>& list, int number) {
   constexpr std::size_t kStreamHead = 36;
   constexpr std::size_t kBitmapHead = 20;
@@ -114,7 +114,7 @@ void AviReader::TakeStream(const std::vector<std::uint8_t>& list, int number) {
   if (stream_.frames_per_s > 0) stream_.start_s = U32(head, 28) / stream_.frames_per_s;
 }
 
-/// Finds the first video among the streams, and goes to the first frame; false where there is none.
+/// Finds the first video among the streams, and moves to the first frame; false if there is none.
 bool AviReader::FindStream() {
   int number = 0;
   for (at_ = kListHead; at_ < file_.size();) {
@@ -134,7 +134,7 @@ bool AviReader::FindStream() {
   return at_ < file_.size() && stream_.number >= 0 && stream_.number < 100 && stream_.jpeg;
 }
 
-/// Whether the first frame is a JPEG of the size that is stated: not one of two fields.
+/// True if the first frame is a JPEG of the stated size: not one of two fields.
 Result<bool> AviReader::HasWholeFrames() {
   const std::int64_t first = at_;
   AviFrame frame;
@@ -163,7 +163,7 @@ Result<AviReader> AviReader::Open(const std::filesystem::path& path, std::size_t
   return reader;
 }
 
-/// The next chunk of the stream, empty or not; absent at the end.
+/// Returns the next chunk of the stream, empty or not; absent at the end.
 Result<std::optional<AviReader::Chunk>> AviReader::NextChunk() {
   for (;;) {
     if (++parts_ > kMostParts) return Broken("it has more than a million parts; record it again");

@@ -13,17 +13,17 @@
 
 namespace trammel::machine {
 
-/// One frame as it is stored.
+/// Frame as stored.
 struct AviFrame {
   std::vector<std::uint8_t> bytes;
   std::optional<double> time_s;  ///< on the recording's clock
 };
 
-/// Reads the chunks of an AVI in the order of the file, by their own sizes: the indices and counts
-/// in its heads are ignored. Of any size; OpenDML's further segments are read, too.
+/// Reads the chunks of an AVI in file order, by their own sizes: ignores the indices and counts in
+/// its headers. Files of any size, including OpenDML's further segments.
 ///
-/// A frame's time is its place among the stream's chunks, empty ones included, at the rate that the
-/// stream states; absent where it states none. A recording that was killed ends where it was cut.
+/// A frame's time is its index among the stream's chunks, empty ones included, at the stream's
+/// stated rate; absent if there is none. A killed recording ends where it was truncated.
 class AviReader {
  public:
   /// @param most_bytes  of a frame.
@@ -32,17 +32,17 @@ class AviReader {
   [[nodiscard]] static Result<AviReader> Open(const std::filesystem::path& path,
                                               std::size_t most_bytes);
 
-  /// Fills in the next frame, in memory that is reused; false after the last.
+  /// Reads the next frame into reused memory; false after the last.
   /// Errors (kMeasurement): damage, a frame of more bytes, no frame at all, a million chunks.
   [[nodiscard]] Result<bool> Next(AviFrame& frame);
 
-  [[nodiscard]] int width_px() const { return stream_.width_px; }    ///< that its head states
-  [[nodiscard]] int height_px() const { return stream_.height_px; }  ///< that its head states
+  [[nodiscard]] int width_px() const { return stream_.width_px; }    ///< from the header
+  [[nodiscard]] int height_px() const { return stream_.height_px; }  ///< from the header
 
  private:
-  /// The first video of the head's streams.
+  /// First video among the header's streams.
   struct Stream {
-    int number = -1;  ///< in the names of its chunks; -1: none was found
+    int number = -1;  ///< as in its chunks' names; -1: none found
     bool jpeg = false;
     int width_px = 0;
     int height_px = 0;
@@ -53,7 +53,7 @@ class AviReader {
     std::string tag;
     std::string list;  ///< a list's or RIFF's type, else empty
     std::int64_t at = 0;
-    std::int64_t size = 0;  ///< of what follows its head
+    std::int64_t size = 0;  ///< payload size, without header
 
     [[nodiscard]] std::int64_t end() const { return at + 8 + size + size % 2; }
   };
@@ -74,11 +74,11 @@ class AviReader {
   std::size_t most_bytes_;
   OpenFile file_;
   Stream stream_;
-  bool unfinished_ = false;  ///< its recorder was killed before it could state a size
+  bool unfinished_ = false;  ///< true if the recorder was killed before writing sizes
   std::int64_t at_ = 0;
-  std::int64_t frames_end_ = 0;  ///< of the list that holds them; 0: not stated
+  std::int64_t frames_end_ = 0;  ///< end of the frames' list; 0: not stated
   std::size_t parts_ = 0;        ///< chunks of any kind, so far
-  std::uint64_t chunks_ = 0;     ///< of the stream, so far
+  std::uint64_t chunks_ = 0;     ///< chunks of the stream so far
   std::uint64_t frames_ = 0;
 };
 

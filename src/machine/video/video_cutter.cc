@@ -24,7 +24,7 @@ tl::unexpected<Error> NotCut(const std::filesystem::path& video, const std::stri
               ErrorKind::kMeasurement);
 }
 
-/// Copies all frames, those that are to be cut as their cuts.
+/// Copies all frames, cut where possible.
 Result<void> Fill(const std::filesystem::path& video, AviReader& reader, const VideoCut& cut,
                   const std::stop_token& stop, image::AviWriter& avi) {
   const VideoLimits limits;

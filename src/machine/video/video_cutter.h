@@ -1,4 +1,4 @@
-// Cuts the frames of a recorded video to the part that is read of them, without loss.
+// Cuts a recorded video's frames losslessly to the part that is read.
 #pragma once
 
 #include <cstddef>
@@ -12,17 +12,17 @@
 namespace trammel::machine {
 
 struct VideoCut {
-  PixelRect part;                ///< of every frame; keeps its pixels to the bit
+  PixelRect part;                ///< region of every frame; pixels unchanged
   std::size_t whole_every = 60;  ///< >= 1; of so many frames the first stays whole
   double frames_per_s = 30;      ///< > 0; for players
 };
 
-/// A cut video, still beside the one that it is to replace: after a crash at any moment, on a full
-/// disk, or if it is dropped, that one is as it was.
+/// Cut video beside the one that it will replace, which is unchanged after a crash at any moment,
+/// on a full disk, or if the cut is dropped.
 class CutVideo {
  public:
-  /// Writes it. A frame that cannot be cut stays whole. VideoFile reads it as it reads the video,
-  /// but for what the cut frames no longer hold.
+  /// Writes the cut video. A frame that cannot be cut is copied whole. VideoFile reads both alike,
+  /// except the removed parts.
   /// Errors: not MJPEG in AVI, a damaged file or frame (kMeasurement), the disk's, kInterrupted.
   /// Memory: one frame, and 2 bytes a sample of it.
   [[nodiscard]] static Result<CutVideo> Write(const std::filesystem::path& video,
@@ -30,8 +30,8 @@ class CutVideo {
 
   [[nodiscard]] std::filesystem::path path() const { return file_.temporary_path(); }
 
-  /// Puts it in the video's place, from which it takes over the time of its last change: it shows
-  /// nothing new. Once, at the end. Errors: the disk's.
+  /// Replaces the video and adopts its modification time, since the content is not new. Called
+  /// once, at the end. Errors: the disk's.
   [[nodiscard]] Result<void> TakePlace();
 
  private:

@@ -59,11 +59,11 @@ struct VideoFile::State {
   std::size_t frames = 0;  // accepted so far
   int first_width_px = 0;
   int first_height_px = 0;
-  double pixels = 0;  // that the file has of all frames so far
+  double pixels = 0;  // total of all frames so far
   Clock::duration decoding{};
   AviFrame stored;
-  std::optional<image::JpegReader> jpeg;  // of `stored`
-  image::JpegPlace place;                 // of what is stored in the frame
+  std::optional<image::JpegReader> jpeg;  // reads `stored`
+  image::JpegPlace place;                 // stored part's place in the frame
   Frame frame;
 };
 
@@ -148,7 +148,7 @@ VideoFile& VideoFile::operator=(VideoFile&&) noexcept = default;
 VideoFile::~VideoFile() = default;
 
 Result<VideoFile> VideoFile::Open(const std::filesystem::path& path, const VideoLimits& limits) {
-  const std::size_t most_bytes = 3 * limits.max_pixels;  // of a frame: as many as its pixels take
+  const std::size_t most_bytes = 3 * limits.max_pixels;  // per frame: as many as its pixels need
   auto avi = TRY(AviReader::Open(path, most_bytes));
   return VideoFile(std::make_unique<State>(path, std::move(avi), limits));
 }

@@ -20,7 +20,7 @@
 namespace trammel::machine {
 namespace {
 
-/// A file that is open for writing.
+/// File open for writing.
 class Descriptor {
  public:
   Descriptor() = default;
@@ -65,10 +65,10 @@ struct VideoWriter::State {
   Descriptor video;
   Descriptor times;
   std::size_t times_bytes = 0;
-  std::optional<image::AviWriter> avi;  ///< from the first frame on, which has the size of all
+  std::optional<image::AviWriter> avi;  ///< set at the first frame, which fixes the size
   int width = 0;
   int height = 0;
-  std::string broken;  ///< why nothing more can be written
+  std::string broken;  ///< error that ended the writing
 
   [[nodiscard]] std::size_t frames() const { return avi ? avi->frames() : 0; }
   tl::unexpected<Error> DiskFault(int error) {

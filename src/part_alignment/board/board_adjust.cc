@@ -20,7 +20,7 @@ using Eigen::VectorXd;
 
 namespace {
 
-// The observations of each station that take part.
+// Groups the used observations by station.
 std::vector<std::vector<const NetworkObservation*>> ObservationsByStation(
     const BoardNetwork& network) {
   std::vector<std::vector<const NetworkObservation*>> by_station(network.stations.size());
@@ -42,7 +42,7 @@ double PlaceWeight(const BoardNetwork& network) {
   return 1 / std::pow(network.machine.repeatability_mm, 2);
 }
 
-// The station's place moves the picture as the mark does, the other way round.
+// The station's place moves the picture opposite to the mark.
 ObservationRow RowOf(const BoardNetwork& network, const NetworkObservation& observation,
                      const MarkPartials& partials) {
   const Index shared = SharedUnknowns(network);
@@ -59,8 +59,8 @@ ObservationRow RowOf(const BoardNetwork& network, const NetworkObservation& obse
   return row;
 }
 
-// What is known beside the pictures, one number of it: a touch along an axis, the camera's stated
-// place, a prior of the machine.
+// One coordinate known beside the pictures: a touch along an axis, the camera's stated position, or
+// a prior of the machine.
 struct StatedRow {
   enum Kind { kTouch, kPlace, kPrior } kind = kPrior;
   std::size_t touch = 0;
@@ -137,7 +137,7 @@ NormalEquations NormalOf(const BoardNetwork& network, const BoardState& state,
   return normal;
 }
 
-// Sum of squares in sigmas.
+// Model whose cost is the sum of squares in sigmas.
 struct BoardModel {
   const BoardNetwork& network;
   const HeldUnknowns& held;
@@ -176,7 +176,7 @@ struct BoardModel {
 };
 
 StatedCheck CheckOf(const StatedRow& row, const MatrixXd& covariance) {
-  constexpr double kNothing = 1e-6;  // of redundancy: nothing checks it
+  constexpr double kNothing = 1e-6;  // minimum redundancy; below it: unchecked
   const double of_others = row.by.dot(covariance(row.unknowns, row.unknowns) * row.by);
   StatedCheck check;
   if (row.kind == StatedRow::kTouch) check.touch = row.touch;
@@ -189,7 +189,7 @@ StatedCheck CheckOf(const StatedRow& row, const MatrixXd& covariance) {
   return check;
 }
 
-// Rows of held unknowns are 0.
+// Computes the covariance; rows of held unknowns are 0.
 MatrixXd CovarianceOf(const NormalEquations& normal, const HeldUnknowns& held) {
   const MatrixXd matrix = Reduce(normal, 0).matrix;
   const VectorXd scale = matrix.diagonal().cwiseSqrt().cwiseInverse();
@@ -242,7 +242,7 @@ BoardPrecision PrecisionOf(const BoardNetwork& network, const BoardState& state,
     }
     ++precision.observations;
   }
-  // Each observation and prior has a redundancy; together they are equations less unknowns.
+  // The redundancies of all observations and priors sum to equations minus unknowns.
   const std::vector<bool> seen = SeenMarks(network);
   double redundancy = 2.0 * precision.observations -
                       3.0 * static_cast<double>(std::count(seen.begin(), seen.end(), true));
@@ -270,7 +270,7 @@ constexpr Index kBoardMotion = 0;   // place, turn about the marks' middle
 constexpr Index kCameraMotion = 6;  // the same in the taper, about the camera's origin
 constexpr Index kLensMotion = 12;   // focal length, principal point
 constexpr Index kMotions = 15;
-constexpr double kLeastLeft = 1e-5;  // of what is known of a motion once others have had theirs
+constexpr double kLeastLeft = 1e-5;  // minimum share of a motion's information left by others
 
 struct KindOf {
   BoardChangeKind kind;
@@ -281,7 +281,7 @@ constexpr std::array<KindOf, 3> kKinds = {{{BoardChangeKind::kBoard, kBoardMotio
                                            {BoardChangeKind::kCamera, kCameraMotion, 6},
                                            {BoardChangeKind::kLens, kLensMotion, 3}}};
 
-// Of one station, its own place eliminated.
+// Score of one station, its own position eliminated.
 struct StationScore {
   MatrixXd with_unknowns;  ///< unknowns × kMotions
   MatrixXd square;
@@ -366,7 +366,7 @@ std::vector<BoardChange> FindChanges(const BoardNetwork& network, const BoardSta
       const VectorXd whole = square.diagonal().segment(kind.first, kind.count);
       const VectorXd scale = whole.cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
       const MatrixXd scaled = scale.asDiagonal() * block * scale.asDiagonal();
-      // Motions that other unknowns take up entirely are none that could be found.
+      // Motions that other unknowns absorb entirely cannot be found.
       const geometry::SymmetricEigen eigen = geometry::DecomposeSymmetric(scaled);
       VectorXd by = VectorXd::Zero(kind.count);
       double statistic = 0;

@@ -1,4 +1,4 @@
-// The adjustment of a board's pictures: camera, marks, machine, all together by least squares.
+// Adjusts a board's pictures by least squares: camera, marks and machine together.
 #pragma once
 
 #include <Eigen/Core>
@@ -13,38 +13,38 @@
 
 namespace trammel::part_alignment {
 
-/// Shared unknowns that stay as they are.
+/// Shared unknowns that the adjustment does not change.
 using HeldUnknowns = std::vector<bool>;
 
-/// Levenberg-Marquardt from `state`, which it leaves at the least squares. The cost is infinite
-/// where the camera does not see a used observation.
+/// Minimises by Levenberg-Marquardt from `state`, which returns the least squares. The cost is
+/// infinite where the camera does not see a used observation.
 [[nodiscard]] DescentEnd AdjustBoard(const BoardNetwork& network, const HeldUnknowns& held,
                                      int most_iterations, BoardState& state);
 
-/// The same from a first guess with which the camera may not see all that it saw: such observations
-/// join when it does.
+/// Minimises from a first guess with which the camera may not see all used observations.
+/// Observations join the network as soon as the camera sees them.
 [[nodiscard]] DescentEnd AdjustFirst(const HeldUnknowns& held, int most_iterations,
                                      BoardNetwork& network, BoardState& state);
 
-/// What was touched or stated beside the pictures, one coordinate of it, against all others.
+/// Check of one touched or stated coordinate against all other observations.
 struct StatedCheck {
-  std::optional<std::size_t> touch;  ///< of the network; absent: the stated place of the camera
-  Eigen::Index axis = 0;             ///< of the machine; of the taper where it is the place
+  std::optional<std::size_t> touch;  ///< index in the network; absent: the camera's stated place
+  Eigen::Index axis = 0;             ///< machine axis; taper axis for the camera's place
   double off_mm = 0;                 ///< adjusted less stated
   double redundancy = 0;             ///< the share of an error that it shows, 0 … 1
   double test = 0;  ///< off_mm in its standard deviations; 0 where nothing checks it
 };
 
-/// At the least squares: what is known of all unknowns, and how the residuals compare.
+/// Precision at the least squares: information on all unknowns, and the residuals compared.
 struct BoardPrecision {
-  NormalEquations normal;      ///< of shared unknowns and marks; a station's own: its place
-  Eigen::MatrixXd covariance;  ///< of shared unknowns and marks; rows of held ones are 0
+  NormalEquations normal;      ///< shared unknowns and marks; per station: its place
+  Eigen::MatrixXd covariance;  ///< shared unknowns and marks; rows of fixed ones are 0
   int observations = 0;
   double pixel_square = 0;  ///< sum of squared residuals of the observations, in sigmas
   double pixel_redundancy = 0;
-  double place_square = 0;  ///< of the stations' places, in sigmas
+  double place_square = 0;  ///< sum of squared station shifts, in sigmas
   double place_redundancy = 0;
-  std::vector<Eigen::Matrix3d> off_covariance;  ///< of each station's place
+  std::vector<Eigen::Matrix3d> off_covariance;  ///< covariance per station's place
   std::vector<StatedCheck> stated;
 };
 [[nodiscard]] BoardPrecision PrecisionOf(const BoardNetwork& network, const BoardState& state,
@@ -52,21 +52,21 @@ struct BoardPrecision {
 
 enum class BoardChangeKind { kBoard, kCamera, kLens };
 
-/// A change from one station on, as a score test of the adjustment without it has it.
+/// Change from one station on, estimated by a score test on the adjustment without the change.
 struct BoardChange {
   BoardChangeKind kind = BoardChangeKind::kBoard;
   std::size_t first_after = 0;  ///< station
   double statistic = 0;         ///< chi-square of `freedom` where nothing changed
   int freedom = 0;
-  /// Of the board in the machine, or of the camera in the taper: mm, then rad. Of the lens: focal
+  /// Size of the change. Board in the machine, or camera in the taper: mm, then rad. Lens: focal
   /// length in mm, principal point in px.
   Eigen::VectorXd by;
-  /// What it did to the camera's parameters that the adjustment found.
+  /// Effect on the adjusted camera parameters.
   CameraVector influence = CameraVector::Zero();
 };
 
-/// The most significant change of each kind. Stations before `least` and after the last `least` are
-/// not looked at. REQUIRES state at its least squares.
+/// Finds the most significant change of each kind. Skips changes at stations before `least` and
+/// after the last `least` ones. REQUIRES state at its least squares.
 [[nodiscard]] std::vector<BoardChange> FindChanges(const BoardNetwork& network,
                                                    const BoardState& state,
                                                    const BoardPrecision& precision,

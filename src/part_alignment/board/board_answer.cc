@@ -27,7 +27,7 @@ using Eigen::Vector2d;
 using Eigen::Vector3d;
 using Eigen::VectorXd;
 
-// A frame with the board's plane as x and y, z to the spindle's side.
+// Frame with the board's plane as x and y, z to the spindle's side.
 struct BoardPlane {
   Vector3d middle = Vector3d::Zero();
   Matrix3d axes = Matrix3d::Identity();  ///< columns, in the machine
@@ -53,7 +53,7 @@ BoardPlane PlaneOf(const BoardNetwork& network, const BoardState& state) {
   return plane;
 }
 
-// Normals of paper that is bent: of a quadratic surface through all marks.
+// Computes the normals of bent paper, from a quadratic surface through all marks.
 std::vector<Vector3d> NormalsOf(const BoardNetwork& network, const BoardState& state) {
   const std::vector<bool> seen = SeenMarks(network);
   const BoardPlane plane = PlaneOf(network, state);
@@ -83,7 +83,7 @@ std::vector<Vector3d> NormalsOf(const BoardNetwork& network, const BoardState& s
 
 struct CameraFrame {
   Matrix3d camera_from_machine;
-  Vector3d origin_mm;  ///< in the machine
+  Vector3d origin_mm;  ///< machine frame
 };
 
 CameraFrame FrameOfCamera(const BoardNetwork& network, const BoardState& state,
@@ -95,7 +95,7 @@ CameraFrame FrameOfCamera(const BoardNetwork& network, const BoardState& state,
           frame.actual_mm + frame.taper_from_machine.transpose() * pose.translation_mm};
 }
 
-// A mark's disc in the frame of the camera that sees it.
+// Disc of a mark in the frame of the camera that sees it.
 struct SeenDisc {
   Vector3d centre_mm;
   Vector3d normal;
@@ -107,7 +107,7 @@ SeenDisc SeenDiscOf(const BoardNetwork& network, const BoardState& state,
           camera.camera_from_machine * normals[observation.point]};
 }
 
-// Why a mark's place is not given: its code was misread in pictures enough.
+// Explains why a mark's position is omitted: its code was misread in too many pictures.
 std::vector<std::string> DoubtsOfMarks(const BoardWork& work, const std::vector<int>& counts) {
   const BoardNetwork& network = work.pieces.network;
   constexpr double kMostRejected = 0.25;  // a mark's own: few enough, and the rest holds its place
@@ -174,7 +174,7 @@ void NoteMarks(const BoardWork& work, BoardCalibration& result) {
   result.residual_rms_px = std::sqrt(sum / (2.0 * std::max(1, all)));
 }
 
-// How much larger the machine's lengths make the sheet than it was printed; absent where unknown.
+// Returns the ratio of the sheet's size in machine lengths to its printed size; absent if unknown.
 std::optional<double> LengthRatio(const BoardWork& work, const BoardCalibration& result) {
   if (result.print) return std::sqrt(result.print->scale_right * result.print->scale_up);
   if (work.measurement->disc_radius_mm > 0 && work.disc_radius_mm > 0) {
@@ -183,7 +183,7 @@ std::optional<double> LengthRatio(const BoardWork& work, const BoardCalibration&
   return std::nullopt;
 }
 
-// Of lengths across the spindle.
+// Checks lengths across the spindle; true if it refuses them.
 bool RefuseLengths(const BoardWork& work, BoardCalibration& result) {
   const auto ratio = LengthRatio(work, result);
   if (!ratio) {
@@ -213,14 +213,15 @@ bool RefuseLengths(const BoardWork& work, BoardCalibration& result) {
   return false;
 }
 
-// The focal length goes with the unit along the spindle: only the lens itself tells.
+// The focal length scales with the unit along the spindle: only the lens itself reveals a wrong
+// one.
 bool RefuseFocal(const BoardWork& work, BoardCalibration& result) {
   const double found_mm = work.state.camera.focal_length_mm;
   const double wide_mm = work.state.camera.pixel_pitch_mm *
                          std::hypot(work.state.camera.width_px, work.state.camera.height_px);
   const double lens_mm = work.measurement->lens_focal_length_mm;
   constexpr double kLens = 0.2;     // engraved lengths are rounded, and hold at infinity
-  constexpr double kWidest = 0.25;  // of the diagonal: 127 degrees
+  constexpr double kWidest = 0.25;  // focal length per diagonal: 127 degrees
   std::string words;
   if (lens_mm > 0 && std::abs(found_mm / lens_mm - 1) > kLens) {
     words = fmt::format("the focal length would be {:.4g} mm, and the lens has {:.4g} mm", found_mm,
@@ -305,7 +306,7 @@ void NameMachine(const BoardWork& work, BoardCalibration& result) {
   }
 }
 
-// The first null direction that nothing was taken for.
+// Checks for null directions without a substitute value.
 bool LacksPlace(BoardCalibration& result, double most_mm) {
   std::string open;
   for (const NullDirection& direction : result.null_directions) {
@@ -321,7 +322,7 @@ bool LacksPlace(BoardCalibration& result, double most_mm) {
   return true;
 }
 
-// Where the picture's columns run in the machine at the first angle.
+// Returns the machine axis along which the picture's columns run at the first angle.
 std::string ColumnsInWords(const Camera& camera, const Matrix3d& machine_from_taper) {
   const Vector3d right =
       machine_from_taper * geometry::RotationFromAngles(camera.taper_from_camera.angles_rad).col(0);

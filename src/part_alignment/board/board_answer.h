@@ -1,4 +1,4 @@
-// What a calibration by a board says in the end: units checked, null directions named.
+// Final checks and answer of a board calibration: checks units, names null directions.
 #pragma once
 
 #include <Eigen/Core>
@@ -9,7 +9,7 @@
 
 namespace trammel::part_alignment {
 
-/// An adjustment with what it works on.
+/// Adjustment with its inputs.
 struct BoardWork {
   const BoardMeasurement* measurement = nullptr;
   BoardPieces pieces = {};
@@ -20,28 +20,28 @@ struct BoardWork {
   BoardPrecision precision = {};
   double pixel_factor = 1;          ///< sigmas of the observations over those stated
   std::vector<bool> rejected = {};  ///< observations that contradict the others
-  double depth_mm = 0;              ///< of the spindle's heights
+  double depth_mm = 0;              ///< range of spindle heights
   bool shallow = false;             ///< these are nearly alike
-  double disc_radius_mm = 0;        ///< as the pictures show it; 0: no disc is known
+  double disc_radius_mm = 0;        ///< as seen in the pictures; 0: unknown
 };
 
-/// The sheet against its layout: two scales of an affine map; absent where no layout is known.
+/// Compares the sheet to its layout: two scales of an affine map. Absent if no layout is known.
 [[nodiscard]] std::optional<PrintResult> PrintOf(const BoardWork& work);
 
-/// True where the sheet or the lens says that a unit is wrong: then the result says so. Needs the
+/// True if the sheet or the lens shows that a unit is wrong; the result then reports it. Needs the
 /// result's `print`.
 [[nodiscard]] bool RefuseUnits(const BoardWork& work, BoardCalibration& result);
 
-/// Verdict and everything of the result but views' reasons, the sheet and the covariance, which it
-/// has.
+/// Fills in the verdict and the rest of the result. REQUIRES that the result has the views'
+/// reasons, the sheet and the covariance.
 void AnswerOf(const BoardWork& work, const BoardCalibrateOptions& options,
               BoardCalibration& result);
 
-/// The pixel of each observation: the image of its disc's centre, by camera, paper and place as
-/// they are. Observations without a disc keep theirs.
+/// Computes the pixel of each observation: the image of its disc's centre, by the current camera,
+/// paper and place. Observations without a disc are unchanged.
 [[nodiscard]] std::vector<Eigen::Vector2d> CorrectedCentres(const BoardWork& work);
 
-/// The discs' radius by their images, the median; 0 where there is none.
+/// Computes the discs' radius from their images, as a median; 0 if there are no discs.
 [[nodiscard]] double DiscRadius(const BoardWork& work);
 
 }  // namespace trammel::part_alignment

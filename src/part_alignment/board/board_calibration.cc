@@ -31,7 +31,7 @@ using Eigen::Vector3d;
 
 constexpr std::size_t kLeastViews = 8;
 constexpr std::size_t kLeastMarks = 6;
-constexpr double kMostWrong = 0.05;  // of pictures, and of observations
+constexpr double kMostWrong = 0.05;  // share of pictures or observations
 constexpr int kIterations = 60;
 
 BoardCalibration& Say(Verdict verdict, std::string reason, BoardCalibration& result) {
@@ -40,7 +40,7 @@ BoardCalibration& Say(Verdict verdict, std::string reason, BoardCalibration& res
   return result;
 }
 
-// Pictures of another size than the camera's.
+// Finds pictures of another size than the camera's.
 std::optional<std::string> SizeFault(const BoardMeasurement& measurement) {
   for (std::size_t i = 0; i < measurement.views.size(); ++i) {
     const BoardView& view = measurement.views[i];
@@ -69,16 +69,16 @@ double PixelRoot(const BoardWork& work) {
   return std::sqrt(work.precision.pixel_square / std::max(1.0, work.precision.pixel_redundancy));
 }
 
-// Puts the sigmas of observations and of the machine to what they scatter by (Helmert's estimate).
+// Scales the sigmas of observations and of the machine to their scatter (Helmert's estimate).
 void FitSigmas(BoardWork& work) {
   BoardNetwork& network = work.pieces.network;
-  constexpr double kLeastFactor = 1;  // what is stated counts at least
+  constexpr double kLeastFactor = 1;  // sigmas are at least the stated ones
   constexpr double kEnoughFreedom = 20;
   for (int round = 0; round < 4; ++round) {
     const double root = PixelRoot(work);
     const double factor = std::max(kLeastFactor / work.pixel_factor, root);
     const bool placed = work.precision.place_redundancy > kEnoughFreedom;
-    // The standard deviation of Student's t over that of the normal distribution is in it.
+    // Includes the ratio of Student's t standard deviation to the normal distribution's.
     const double freedom = work.precision.place_redundancy;
     const double places = placed ? std::sqrt(work.precision.place_square / (freedom - 2)) : 1;
     for (NetworkObservation& observation : network.observations) observation.sigma_px *= factor;
@@ -94,7 +94,7 @@ void FitSigmas(BoardWork& work) {
   }
 }
 
-// Observations that are far beside where all others put them; false when there are too many.
+// Drops observations far from the position that all others predict; false if there are too many.
 bool DropWrongObservations(double false_alarm, BoardWork& work, std::size_t& dropped) {
   BoardNetwork& network = work.pieces.network;
   std::vector<double> lengths;
@@ -127,7 +127,7 @@ bool DropWrongObservations(double false_alarm, BoardWork& work, std::size_t& dro
          kMostWrong * static_cast<double>(network.observations.size());
 }
 
-// The picture whose place contradicts the others most; absent where none does.
+// Finds the picture whose place contradicts the others most; absent if none does.
 std::optional<std::size_t> WrongPlace(const BoardWork& work, double false_alarm) {
   const BoardNetwork& network = work.pieces.network;
   const double prior = std::pow(network.machine.repeatability_mm, 2);
@@ -135,7 +135,7 @@ std::optional<std::size_t> WrongPlace(const BoardWork& work, double false_alarm)
   std::vector<double> used;
   for (std::size_t i = 0; i < network.stations.size(); ++i) {
     if (!network.stations[i].used) continue;
-    // Where pictures tell next to nothing of a place, rounding must not speak.
+    // Margin against rounding where the pictures hardly determine a position.
     constexpr double kRounding = 1e-3;
     const Matrix3d covariance =
         (1 + kRounding) * prior * Matrix3d::Identity() - work.precision.off_covariance[i];
@@ -191,7 +191,7 @@ constexpr const char* kHeightsAlike =
     ": the focal length and the distance cannot be told apart from heights so much alike; take "
     "pictures from heights of 1 : 2 above the board, at each from all over it";
 
-// What is wrong before anything is adjusted; true where the result says so.
+// Checks the start before any adjustment; true if it refuses and the result has the reason.
 bool RefuseStart(const BoardStart& start, BoardCalibration& result) {
   const std::string heights =
       fmt::format("the spindle's heights span {:.3g} mm and its places across {:.3g} mm",
@@ -243,8 +243,8 @@ bool Turns(const BoardMeasurement& measurement) {
       [&](const BoardView& view) { return !view.spindle_rotation.isApprox(first, 1e-6); });
 }
 
-// Residuals of an adjustment from nothing, without touches, in their sigmas (root mean square);
-// infinite where there is none.
+// Computes the residuals of an adjustment from scratch, without touches, in their sigmas (root mean
+// square); infinite if there is none.
 double RootOf(const BoardMeasurement& measurement) {
   BoardPieces pieces = PiecesOf(measurement);
   BoardNetwork& network = pieces.network;
@@ -268,7 +268,7 @@ double RootOf(const BoardMeasurement& measurement) {
   return std::sqrt(fit.cost / freedom);
 }
 
-// The pictures with the largest residuals.
+// Lists the pictures with the largest residuals.
 std::string LargestResiduals(const BoardMeasurement& measurement, const BoardWork& work) {
   const BoardNetwork& network = work.pieces.network;
   std::vector<double> squares(network.stations.size(), 0);
@@ -314,7 +314,7 @@ std::string SizeInWords(const BoardChange& change, const Camera& camera) {
                      1e3 * change.by.tail<3>().norm());
 }
 
-// Which change explains it, where others explain it as well: all of them.
+// Names the change that explains the misfit, and all others that explain it as well.
 std::string ChangeInWords(const BoardMeasurement& measurement, const Camera& camera,
                           std::vector<BoardChange> changes) {
   std::sort(changes.begin(), changes.end(),
@@ -330,7 +330,7 @@ std::string ChangeInWords(const BoardMeasurement& measurement, const Camera& cam
   return words;
 }
 
-// Both sides of a change by themselves are sound.
+// True if the data on each side of a change are sound by themselves.
 bool SplitsAt(const BoardMeasurement& measurement, std::size_t first_after, double root) {
   BoardMeasurement before = measurement;
   BoardMeasurement after = measurement;
@@ -342,7 +342,7 @@ bool SplitsAt(const BoardMeasurement& measurement, std::size_t first_after, doub
   return RootOf(before) < root / kBetter && RootOf(after) < root / kBetter;
 }
 
-// A machine's error that is far beyond what was stated of it.
+// Finds a machine error far beyond its stated size.
 std::optional<std::string> PriorFault(const BoardWork& work) {
   constexpr double kBeyond = 6;  // sigmas
   const BoardNetwork& network = work.pieces.network;
@@ -371,7 +371,8 @@ std::optional<std::string> PriorFault(const BoardWork& work) {
          fmt::format(", {:.3g} times what is stated of it", most);
 }
 
-// A fit whose residuals are beyond reason, or that asks for a machine beyond what was stated of it.
+// Reports a fit whose residuals are beyond reason, or that requires a machine beyond its stated
+// errors.
 void NameMisfit(const BoardMeasurement& measurement, double most_residual_sigma,
                 const BoardWork& work, BoardCalibration& result) {
   constexpr double kBeyond = 1e6;  // sigmas: there is no adjustment at all
@@ -429,7 +430,7 @@ bool NeedsMore(const BoardMeasurement& measurement, const BoardNetwork& network,
   return true;
 }
 
-// Takes perspective and lens out of the discs' centres by the camera and board as they are.
+// Corrects the discs' centres for perspective and lens, by the current camera and board.
 void CorrectDiscs(BoardWork& work) {
   const auto corrected = CorrectedCentres(work);
   for (std::size_t i = 0; i < corrected.size(); ++i) {
@@ -438,7 +439,7 @@ void CorrectDiscs(BoardWork& work) {
   Adjust(work);
 }
 
-// Wrong observations and wrongly stated places, one after the other; false where there are too
+// Drops wrong observations and wrongly stated places, one after the other; false if there are too
 // many.
 bool LeaveOutWrong(const BoardMeasurement& measurement, const BoardCalibrateOptions& options,
                    BoardWork& work, BoardCalibration& result) {
@@ -485,8 +486,8 @@ bool Misfits(const BoardWork& work, const BoardCalibrateOptions& options) {
   return PixelRoot(work) > 4 * options.most_residual_sigma || places > kMostPlaces;
 }
 
-// Adjusts with a machine that counts as little certain, so that a wrong row stands out by itself;
-// then as stated, without those rows. False where too many are wrong.
+// Adjusts with large machine uncertainty, so that a wrong row is distinct; then as stated, without
+// those rows. False if too many are wrong.
 bool SettleLoosely(const BoardMeasurement& measurement, const BoardCalibrateOptions& options,
                    BoardWork& work, BoardCalibration& result) {
   double& repeatability_mm = work.pieces.network.machine.repeatability_mm;
@@ -502,7 +503,7 @@ bool SettleLoosely(const BoardMeasurement& measurement, const BoardCalibrateOpti
   return std::isfinite(work.fit.cost) && LeaveOutWrong(measurement, options, work, result);
 }
 
-// Refuses for what changed half-way, or widens by what it may have done.
+// Refuses a change during the measurement, or widens the covariance by its possible effect.
 bool RefuseChange(const BoardMeasurement& measurement, const BoardCalibrateOptions& options,
                   const BoardWork& work, CameraCovariance& covariance, BoardCalibration& result) {
   auto changes = FindChanges(work.pieces.network, work.state, work.precision, 3);
@@ -513,7 +514,7 @@ bool RefuseChange(const BoardMeasurement& measurement, const BoardCalibrateOptio
                ChiSquareQuantile(1 - options.false_alarm / (3 * views), change.freedom);
   });
   if (changes.empty()) return false;
-  // What it does to the camera against what the camera is known to anyway.
+  // Compares the effect on the camera with the camera's uncertainty.
   double most = 0;
   CameraVector influence = CameraVector::Zero();
   for (const BoardChange& change : changes) {
@@ -545,7 +546,7 @@ bool RefuseChange(const BoardMeasurement& measurement, const BoardCalibrateOptio
   return false;
 }
 
-// Adjusts anew with what was touched and stated; true where that contradicts.
+// Adjusts again with touches and stated place; true if they contradict.
 bool RefuseStated(const BoardCalibrateOptions& options, BoardStated stated, BoardWork& work,
                   BoardCalibration& result) {
   BoardNetwork& network = work.pieces.network;
@@ -620,7 +621,7 @@ Result<BoardCalibration> CalibrateByBoard(const BoardMeasurement& measurement,
   const BoardWork fresh = work;
   Adjust(work, true);
   if (Misfits(work, options)) {
-    // A few wrong rows or codes alone may do that.
+    // A few wrong rows or codes alone may cause that.
     BoardWork tried = fresh;
     BoardCalibration notes = result;
     if (!SettleLoosely(measurement, options, tried, notes) || Misfits(tried, options)) {
@@ -635,7 +636,7 @@ Result<BoardCalibration> CalibrateByBoard(const BoardMeasurement& measurement,
   FitSigmas(work);
   const bool few_wrong = LeaveOutWrong(measurement, options, work, result);
   if (few_wrong) FitSigmas(work);
-  constexpr double kMostRepeatability_mm = 0.06;  // of a table rounded to 0.2 mm
+  constexpr double kMostRepeatability_mm = 0.06;  // table rounded to 0.2 mm
   if (!few_wrong || !work.fit.converged ||
       work.pixel_factor * PixelRoot(work) > options.most_residual_sigma ||
       work.pieces.network.machine.repeatability_mm > kMostRepeatability_mm || PriorFault(work)) {

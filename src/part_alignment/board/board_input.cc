@@ -186,7 +186,7 @@ BoardPieces PiecesOf(const BoardMeasurement& measurement) {
   network.marks = pieces.ids.size();
   for (const BoardTouch& touch : measurement.touches) {
     const auto mark = index.find(touch.mark);
-    if (mark == index.end()) continue;  // of a part of the pictures alone
+    if (mark == index.end()) continue;  // mark outside this subset of pictures
     network.touches.push_back({mark->second, touch.spindle_mm, touch.tool_length_mm, touch.sigma_mm,
                                touch.tool_length_mm != measurement.touches.front().tool_length_mm});
   }
@@ -284,7 +284,7 @@ HeldUnknowns HeldOf(const BoardNetwork& network, const PlaceTold& told) {
 
 void PlaceByTold(const BoardNetwork& network, const PlaceTold& told, BoardState& state) {
   const Matrix3d& turn = network.machine_from_spindle;
-  Vector3d by = Vector3d::Zero();  // in the spindle's frame
+  Vector3d by = Vector3d::Zero();  // spindle frame
   Vector3d count = Vector3d::Zero();
   for (const BoardNetwork::Touch& touch : network.touches) {
     if (state.marks_mm[touch.mark].isZero()) continue;
@@ -328,13 +328,13 @@ std::optional<std::string> StatedContradiction(const BoardPieces& pieces,
   std::sort(tested.begin(), tested.end(),
             [&](const auto* a, const auto* b) { return size(a) > size(b); });
   const StatedCheck& worst = *tested.front();
-  // Half of the false alarms for one that is wrong, half for many that are a little.
+  // Half of the false alarms for a single wrong value, half for many slightly wrong ones.
   const double one =
       std::sqrt(ChiSquareQuantile(1 - false_alarm / 2 / static_cast<double>(tested.size()), 1));
   const int freedom = std::max(1, static_cast<int>(std::lround(redundancy)));
   const double all = ChiSquareQuantile(1 - false_alarm / 2, freedom);
   if (size(&worst) <= one && squares <= all) return std::nullopt;
-  constexpr double kSame = 0.99;  // of two that check one another none stands out
+  constexpr double kSame = 0.99;  // two that check one another: neither stands out
   const bool alone = tested.size() < 2 || size(tested[1]) < kSame * size(&worst);
   const std::string by = fmt::format("{:.3f} mm", std::abs(worst.off_mm / worst.redundancy));
   constexpr const char* kRemedy =

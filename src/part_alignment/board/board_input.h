@@ -1,4 +1,4 @@
-// A measurement by a board as the adjustment takes it, and what is wrong with its numbers.
+// Converts a measurement by a board to the adjustment's input, and checks its numbers.
 #pragma once
 
 #include <map>
@@ -12,26 +12,26 @@
 
 namespace trammel::part_alignment {
 
-/// A view as messages name it: its picture, or its number.
+/// Returns a view's name for messages: its picture, or its number.
 [[nodiscard]] std::string NameOf(const BoardMeasurement& measurement, std::size_t view);
 
-/// Numbers and names alone. Errors (kInput) name the view or mark, the value and the bound.
+/// Checks numbers and names alone. Errors (kInput) name the view or mark, the value and the bound.
 [[nodiscard]] Result<void> Validate(const BoardMeasurement& measurement,
                                     const BoardCalibrateOptions& options);
 
 struct BoardPieces {
   BoardNetwork network;
   std::vector<std::string> ids;  ///< of the marks
-  /// The observation of each observation within its view.
+  /// Index of each observation within its view.
   std::vector<std::size_t> index_in_view;
 };
 
-/// Every view is a station, every observation a observation. Observations of marks that fewer than
-/// three views show, and stations without any, are not used. REQUIRES Validate.
+/// Converts each view to a station. Marks in fewer than three views and stations without
+/// observations are not used. REQUIRES Validate.
 [[nodiscard]] BoardPieces PiecesOf(const BoardMeasurement& measurement);
 
-/// Leaves out marks of fewer than three used observations and stations of fewer than `kLeastMarks`,
-/// over and over.
+/// Drops marks of fewer than three used observations and stations of fewer than `kLeastMarks`,
+/// repeatedly until none is left.
 inline constexpr int kLeastMarksInView = 4;
 void LeaveOutLonely(BoardNetwork& network);
 
@@ -40,12 +40,12 @@ struct BoardStated {
   std::optional<CameraPlacePrior> place;
 };
 
-/// Takes them out of the network.
+/// Removes touches and stated place from the network.
 [[nodiscard]] BoardStated TakeStated(BoardNetwork& network);
-/// Gives them back.
+/// Puts touches and stated place back into the network.
 void JoinStated(BoardStated stated, BoardNetwork& network);
 
-/// What tells the camera's place.
+/// Sources that determine the camera's position.
 struct PlaceTold {
   bool turned = false;  ///< the spindle, between pictures
   bool touched_along = false;
@@ -56,20 +56,20 @@ struct PlaceTold {
 };
 [[nodiscard]] PlaceTold ToldOf(const BoardNetwork& network);
 
-/// Unknowns that neither pictures nor what joined the network tell.
+/// Finds the unknowns that neither pictures nor touches nor stated place determine.
 [[nodiscard]] HeldUnknowns HeldOf(const BoardNetwork& network, const PlaceTold& told);
 
-/// Moves camera and marks together, which no picture notices, to where touches or what is stated of
-/// the camera's place put them: the adjustment would take many steps for it.
+/// Moves camera and marks together to fit the touches or the camera's stated place. No picture
+/// shows this motion, and the adjustment would take many steps for it.
 void PlaceByTold(const BoardNetwork& network, const PlaceTold& told, BoardState& state);
 
-/// Why touches and stated place cannot all be right: each is tested against all else (Baarda), and
-/// all of them together. Absent where chance explains it but for `false_alarm`.
+/// Explains why touches and stated position contradict each other: tests each against all else
+/// (Baarda), then all together. Absent if chance explains it but for `false_alarm`.
 [[nodiscard]] std::optional<std::string> StatedContradiction(const BoardPieces& pieces,
                                                              const BoardPrecision& precision,
                                                              double false_alarm);
 
-/// What of the camera's place nothing checks, for the head of the answer; empty: nothing.
+/// Names parts of the camera's position that nothing checks, for the answer's head; empty: none.
 [[nodiscard]] std::string UncheckedPlace(const BoardNetwork& network, const PlaceTold& told);
 
 }  // namespace trammel::part_alignment

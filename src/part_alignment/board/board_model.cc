@@ -165,7 +165,7 @@ bool PartialsOf(const BoardNetwork& network, const BoardState& state, const Stat
 
 double TouchVariance(const BoardNetwork& network, const BoardNetwork::Touch& touch, Index axis) {
   const double along = network.machine_from_spindle(axis, 2);
-  // The unknown length is the first tool's: what differs from it has the errors of both.
+  // The unknown length is the first tool's: a different tool has the errors of both.
   const double tool_mm =
       touch.other_tool ? std::sqrt(2.0) * along * network.tool_length_sigma_mm : 0;
   return std::pow(touch.sigma_mm[axis], 2) + std::pow(network.machine.repeatability_mm, 2) +

@@ -1,4 +1,5 @@
-// The chain from a mark on the table to a picture, with the machine's errors, and its derivatives.
+// Model of the chain from a mark on the table to a picture, with the machine's errors and
+// derivatives.
 #pragma once
 
 #include <Eigen/Core>
@@ -11,11 +12,11 @@
 
 namespace trammel::part_alignment {
 
-/// A measurement in numbers: what takes part in an adjustment.
+/// Measurement in numbers: all inputs of an adjustment.
 struct BoardNetwork {
   struct Station {
     Eigen::Vector3d stated_mm = Eigen::Vector3d::Zero();
-    double turn_rad = 0;   ///< of the spindle since the first station
+    double turn_rad = 0;   ///< spindle rotation since the first station
     std::size_t stay = 0;  ///< counts turns of the spindle
     bool used = true;
   };
@@ -31,7 +32,7 @@ struct BoardNetwork {
       Eigen::Matrix3d::Identity();                      ///< stated, of the first station
   Eigen::Vector3d middle_mm = Eigen::Vector3d::Zero();  ///< about which the machine is stretched
   std::vector<Station> stations;
-  std::vector<NetworkObservation> observations;  ///< of marks
+  std::vector<NetworkObservation> observations;  ///< mark observations
   std::vector<Touch> touches;
   std::size_t marks = 0;
   std::size_t stays = 0;
@@ -40,20 +41,20 @@ struct BoardNetwork {
   std::optional<CameraPlacePrior> place;
 };
 
-/// Whether an observation is used, and its station.
+/// True if an observation and its station are used.
 [[nodiscard]] bool TakesPart(const BoardNetwork& network, const NetworkObservation& observation);
-/// Of the marks, those that an observation shows that takes part.
+/// Returns the marks that a used observation shows.
 [[nodiscard]] std::vector<bool> SeenMarks(const BoardNetwork& network);
 
-/// Unknowns that all pictures share, in their order; then the marks, three each.
+/// Order of the unknowns that all pictures share; the marks follow, three each.
 enum BoardIndex {
   kBoardCamera = 0,  // kCameraParameters of them
-  kBoardPlace = 7,   // of the camera in the taper, among its parameters
+  kBoardPlace = 7,   // camera's place in the taper, one of its parameters
   kBoardScale = kCameraParameters,
   kBoardSquare = kBoardScale + 3,  // xy, xz, yz
   kBoardLean = kBoardSquare + 3,
   kBoardTool = kBoardLean + 2,
-  kBoardStays = kBoardTool + 1,  // of each stay but the first
+  kBoardStays = kBoardTool + 1,  // one per spindle angle but the first
 };
 
 struct BoardState {
@@ -62,38 +63,38 @@ struct BoardState {
   Eigen::Vector3d square_rad = Eigen::Vector3d::Zero();
   Eigen::Vector2d lean_rad = Eigen::Vector2d::Zero();
   double tool_mm = 0;
-  std::vector<double> index_rad;  ///< of each stay; that of the first is 0
+  std::vector<double> index_rad;  ///< per spindle angle; 0 for the first
   std::vector<Eigen::Vector3d> marks_mm;
-  std::vector<Eigen::Vector3d> off_mm;  ///< of each station from where it was stated
+  std::vector<Eigen::Vector3d> off_mm;  ///< per station, from its stated position
 };
 
-/// The number of shared unknowns.
+/// Returns the number of shared unknowns.
 [[nodiscard]] Eigen::Index SharedUnknowns(const BoardNetwork& network);
-/// What is known of a shared unknown beforehand, k = 1; 0: nothing. Priors are about 0.
+/// Returns the prior uncertainty of a shared unknown, k = 1; 0: no prior. Priors are about 0.
 [[nodiscard]] double PriorSigma(const BoardNetwork& network, Eigen::Index unknown);
-/// The shared unknowns as a vector, and a state with others.
+/// Returns the shared unknowns as a vector; SetShared replaces them in a state.
 [[nodiscard]] Eigen::VectorXd SharedOf(const BoardNetwork& network, const BoardState& state);
 void SetShared(const Eigen::VectorXd& shared, BoardState& state);
 
-/// Where the spindle really is at a stated place: stretched and skewed about the middle. x along
-/// the machine's X, y in the plane of X and Y.
+/// Computes the spindle's actual position from a stated one: stretched and skewed about the middle.
+/// The x axis is along the machine's X, y in the plane of X and Y.
 [[nodiscard]] Eigen::Vector3d ActualPlace(const BoardNetwork& network, const BoardState& state,
                                           const Eigen::Vector3d& stated_mm);
-/// Turns the taper's frame into the machine's at a station.
+/// Returns the rotation from the taper's frame to the machine's at a station.
 [[nodiscard]] Eigen::Matrix3d MachineFromTaper(const BoardNetwork& network, const BoardState& state,
                                                std::size_t station);
 
-/// Of one station, made once for all of its observations.
+/// Rotations of one station, computed once for all of its observations.
 struct StationFrame {
   Eigen::Vector3d actual_mm;
   Eigen::Matrix3d taper_from_machine;
-  Eigen::Matrix3d by_lean[2];  ///< of taper_from_machine
+  Eigen::Matrix3d by_lean[2];  ///< partial of taper_from_machine
   Eigen::Matrix3d by_index;
 };
 [[nodiscard]] StationFrame FrameOf(const BoardNetwork& network, const BoardState& state,
                                    std::size_t station);
 
-/// Seen less projected, not whitened. Absent where the camera cannot see the mark.
+/// Computes observed minus projected, not whitened. Absent if the camera cannot see the mark.
 [[nodiscard]] std::optional<Eigen::Vector2d> ResidualOf(const BoardNetwork& network,
                                                         const BoardState& state,
                                                         const NetworkObservation& observation);
@@ -101,24 +102,25 @@ struct StationFrame {
 struct MarkPartials {
   Eigen::Vector2d residual;  ///< projected less seen
   Eigen::Matrix<double, 2, Eigen::Dynamic> by_shared;
-  Eigen::Matrix<double, 2, 3> by_mark;   ///< that by the station's place is its negative
-  Eigen::Matrix<double, 2, 3> by_taper;  ///< by the point in the taper's frame
+  Eigen::Matrix<double, 2, 3> by_mark;   ///< negative of that by the station's place
+  Eigen::Matrix<double, 2, 3> by_taper;  ///< by the point in the taper frame
   Eigen::Vector3d taper_mm;
 };
-/// False where the camera cannot see the mark. `partials` keeps its memory.
+/// Computes an observation's partials; false if the camera cannot see the mark. Reuses the memory
+/// of `partials`.
 [[nodiscard]] bool PartialsOf(const BoardNetwork& network, const BoardState& state,
                               const StationFrame& frame, const NetworkObservation& observation,
                               MarkPartials& partials);
 
-/// Of a touch along a machine axis, k = 1: of the touch, the approach, and another tool's length.
-/// Infinite where the touch tells nothing.
+/// Returns a touch's variance along a machine axis, k = 1: touch, approach, and another tool's
+/// length. Infinite if the touch does not measure the axis.
 [[nodiscard]] double TouchVariance(const BoardNetwork& network, const BoardNetwork::Touch& touch,
                                    Eigen::Index axis);
 
-/// One touch: mark less tool's tip along the machine's axes, mm.
+/// One touch: mark minus tool tip along the machine's axes, mm.
 struct TouchPartials {
   Eigen::Vector3d residual_mm;
-  Eigen::Matrix<double, 3, Eigen::Dynamic> by_shared;  ///< by the mark it is the identity
+  Eigen::Matrix<double, 3, Eigen::Dynamic> by_shared;  ///< by the mark: identity
 };
 [[nodiscard]] TouchPartials PartialsOf(const BoardNetwork& network, const BoardState& state,
                                        const BoardNetwork::Touch& touch);

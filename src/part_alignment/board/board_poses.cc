@@ -26,8 +26,8 @@ using Eigen::Vector3d;
 constexpr int kHeights = 5;
 constexpr double kLeastRatio = 1.25;  // of distances: below it the focal length is uncertain
 constexpr double kLeastDisc_px = 6;   // radius: centres are within 1.3 of the bound from 5 px on
-constexpr int kLeastMarks = 6;        // in a picture
-constexpr int kLeastPictures = 4;     // at one angle of the spindle
+constexpr int kLeastMarks = 6;        // per picture
+constexpr int kLeastPictures = 4;     // per spindle angle
 
 tl::unexpected<Error> Unsafe(std::string what) { return Fail(std::move(what), ErrorKind::kSafety); }
 
@@ -36,7 +36,7 @@ Matrix3d MachineFromCamera(const BoardSketch& sketch, double turn_rad) {
          geometry::RotationFromAngles(sketch.camera.taper_from_camera.angles_rad);
 }
 
-// Marks that a picture shows whole.
+// Counts the marks that a picture shows completely.
 int MarksSeen(const BoardSketch& sketch, const Matrix3d& machine_from_camera,
               const Vector3d& spindle_mm) {
   const Camera& camera = sketch.camera;
@@ -56,8 +56,8 @@ std::string Limit(const char* side, int axis, double at_mm) {
   return fmt::format("the {} limit of {}, {:.1f} mm,", side, "XYZ"[axis], at_mm);
 }
 
-// The spindle's place at a height from which the board's middle is seen at a pixel, pulled into the
-// room.
+// Computes the spindle's place at a height from which the board's middle appears at a pixel,
+// limited to the room.
 std::optional<Vector3d> PlaceFor(const BoardSketch& sketch, const Matrix3d& machine_from_camera,
                                  const Vector2d& pixel, double z_mm, const MachineBox& room) {
   const auto line = LineOfSight(sketch.camera, pixel);
@@ -72,7 +72,7 @@ std::optional<Vector3d> PlaceFor(const BoardSketch& sketch, const Matrix3d& mach
 struct Heights {
   double low_mm = 0;
   double high_mm = 0;
-  double distance_mm = 0;  // from the lowest
+  double distance_mm = 0;  // above the lowest
 };
 
 Result<Heights> HeightsOf(const BoardSketch& sketch, const Vector3d& start_mm,
@@ -121,7 +121,7 @@ Result<Heights> HeightsOf(const BoardSketch& sketch, const Vector3d& start_mm,
   return heights;
 }
 
-// Which limits of X and Y pulled places in.
+// Names the limits of X and Y that clipped positions.
 std::string LimitsOf(const std::vector<Vector3d>& places, const MachineBox& room) {
   std::string words;
   for (int axis = 0; axis < 2; ++axis) {
@@ -142,8 +142,8 @@ std::string LimitsOf(const std::vector<Vector3d>& places, const MachineBox& room
 Result<std::vector<Vector3d>> FirstBoardPoses(const Vector3d& start_mm, double field_mm,
                                               const MachineBox& room) {
   TRAMMEL_CHECK(field_mm > 0, "field = {} mm", field_mm);
-  // A lens of usual width (25 to 100 degrees) then sees its scale change by 20 to 60 %, and the
-  // board stays in view.
+  // The scale of a lens of usual width (25 to 100 degrees) then changes by 20 to 60 %, and the
+  // board remains in view.
   constexpr double kUp = 0.25;
   constexpr double kLeastUp = 0.1;
   constexpr double kAside = 0.15;
@@ -229,14 +229,14 @@ Result<BoardPoses> PlanBoardPoses(const BoardSketch& sketch, double turn_rad,
   poses.farthest_mm = heights.distance_mm + rise_mm;
   const Matrix3d machine_from_camera = MachineFromCamera(sketch, turn_rad);
   const Vector2d half((sketch.camera.width_px - 1) / 2.0, (sketch.camera.height_px - 1) / 2.0);
-  // The plane's most even sequence (Roberts 2018): powers of the root of x³ = x + 1.
+  // Most even sequence of the plane (Roberts 2018): powers of the root of x³ = x + 1.
   constexpr double kFirst = 0.7548776662466927;
   constexpr double kSecond = 0.5698402909980532;
-  // The board's middle comes so far towards the picture's edges, and nearer to its middle where
-  // too few marks would be left.
+  // Reach of the board's middle towards the picture's edges; smaller where too few marks would
+  // remain.
   constexpr std::array<double, 5> kReaches = {0.95, 0.7, 0.45, 0.2, 0};
   for (int k = 0; k < options.pictures; ++k) {
-    // More often near the edges, which tell the distortion, than a lens needs in between.
+    // More often near the edges, which determine the distortion, than a lens needs in between.
     const Vector2d where(std::sin(std::numbers::pi * (std::fmod(0.5 + kFirst * k, 1.0) - 0.5)),
                          std::sin(std::numbers::pi * (std::fmod(0.5 + kSecond * k, 1.0) - 0.5)));
     const double z_mm = heights.high_mm - rise_mm * (k % kHeights) / (kHeights - 1);

@@ -27,9 +27,9 @@ using Matrix39d = Eigen::Matrix<double, 3, 9>;
 using Matrix9d = Eigen::Matrix<double, 9, 9>;
 
 constexpr double kSameTurn_rad = 1e-6;
-constexpr std::size_t kLeastPictures = 4;  // of one angle
+constexpr std::size_t kLeastPictures = 4;  // per angle
 
-// Stations at the angle that has most of them.
+// Returns the stations at the most frequent angle.
 std::vector<std::size_t> LargestGroup(const BoardNetwork& network) {
   std::map<long long, std::vector<std::size_t>> groups;
   for (std::size_t i = 0; i < network.stations.size(); ++i) {
@@ -58,8 +58,8 @@ struct PinHole {
   double misfit = std::numeric_limits<double>::infinity();
 };
 
-// How far the pin-hole puts a observation beside where it is seen; 0 of marks that it does not
-// have.
+// Returns the distance from the pin-hole's projection to the observation; 0 for marks that it
+// lacks.
 double MissOf(const PinHole& pin_hole, double bend, const PlanarView& observation) {
   const auto mark = pin_hole.marks.find(observation.point);
   if (mark == pin_hole.marks.end()) return 0;
@@ -68,7 +68,8 @@ double MissOf(const PinHole& pin_hole, double bend, const PlanarView& observatio
   return (Vector2d(at.x(), at.y()) / at.z() - observation.at * stretch).norm() / std::abs(stretch);
 }
 
-// H and H · mark so that (H mark - H place) is along each ideal picture point: bend straightens it.
+// Solves for H and H · mark so that (H mark - H place) is along each ideal picture point: bend
+// straightens it.
 PinHole SolvePinHole(const std::vector<PlanarView>& observations, double bend) {
   struct OfMark {
     Matrix3d own = Matrix3d::Zero();
@@ -115,7 +116,7 @@ PinHole SolvePinHole(const std::vector<PlanarView>& observations, double bend) {
   return pin_hole;
 }
 
-// The bend with the least misfit: first coarsely, then between neighbours.
+// Finds the bend with the smallest misfit: first coarsely, then between neighbours.
 PinHole BestPinHole(const std::vector<PlanarView>& observations, double& bend) {
   PinHole best;
   double step = 0.1;
@@ -135,7 +136,7 @@ PinHole BestPinHole(const std::vector<PlanarView>& observations, double& bend) {
   return best;
 }
 
-// Takes out observations that are off by far more than the others of their picture.
+// Removes observations that are off by far more than the others of their picture.
 std::vector<std::size_t> TakeStrays(const PinHole& pin_hole, double bend,
                                     std::vector<PlanarView>& observations) {
   std::map<std::size_t, std::vector<double>> by_view;
@@ -148,7 +149,7 @@ std::vector<std::size_t> TakeStrays(const PinHole& pin_hole, double bend,
   std::map<std::size_t, double> usual;
   for (const auto& [view, sizes] : by_view) usual[view] = Median(sizes);
   constexpr double kFar = 8;       // times the median of the picture
-  constexpr double kLeast = 0.03;  // of half the picture's width
+  constexpr double kLeast = 0.03;  // in halves of the picture's width
   std::vector<std::size_t> strays;
   std::vector<PlanarView> kept;
   for (std::size_t i = 0; i < observations.size(); ++i) {
@@ -207,7 +208,7 @@ std::vector<PlanarView> ViewsOf(const BoardNetwork& network,
   return views;
 }
 
-// Camera and marks of a pin-hole; the rows of a mirrored one cannot be turned upright.
+// Computes camera and marks of a pin-hole; the rows of a mirrored one cannot be turned upright.
 BoardStartFault ReadPinHole(const BoardNetwork& network, std::size_t station, const Spread& spread,
                             PinHole pin_hole, double bend, BoardStart& start) {
   const double half = network.frame.width_px / 2.0;
@@ -244,7 +245,7 @@ BoardStartFault ReadPinHole(const BoardNetwork& network, std::size_t station, co
   return BoardStartFault::kNone;
 }
 
-// The camera's place across the axis, from observations at other angles.
+// Computes the camera's place across the axis, from observations at other angles.
 void PlaceByTurns(const BoardNetwork& network, std::size_t reference, BoardStart& start) {
   BoardState& state = start.state;
   const Matrix3d first = MachineFromTaper(network, state, reference);
@@ -258,7 +259,7 @@ void PlaceByTurns(const BoardNetwork& network, std::size_t reference, BoardStart
     if (by_place.norm() < 1e-3) continue;
     const auto line = LineOfSight(state.camera, observation.pixel);
     if (!line) continue;
-    // The mark is first · place further than it was taken to be.
+    // The mark is first · place farther away than assumed.
     const Vector3d along = turn * *line;
     const Vector3d offset = here.transpose() * (state.marks_mm[observation.point] -
                                                 network.stations[observation.station].stated_mm);
@@ -279,7 +280,7 @@ void PlaceByTurns(const BoardNetwork& network, std::size_t reference, BoardStart
   }
 }
 
-// Marks that only other angles see.
+// Places marks that only other angles show.
 void PlaceOtherMarks(const BoardNetwork& network, BoardStart& start) {
   BoardState& state = start.state;
   const geometry::Pose& pose = state.camera.taper_from_camera;
@@ -345,7 +346,7 @@ BoardStart StartBoard(const BoardNetwork& network) {
   }
   start.fault = ReadPinHole(network, group.front(), spread, pin_hole, bend, start);
   if (start.fault != BoardStartFault::kNone) {
-    // Of places nearly in one plane noise alone may do that.
+    // Noise alone may cause this where positions are nearly in one plane.
     constexpr double kShallow = 0.1;
     if (spread.axes[0] < kShallow * spread.axes[2]) start.fault = BoardStartFault::kShallow;
     return start;

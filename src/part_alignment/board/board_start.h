@@ -1,4 +1,5 @@
-// The first guess of a calibration by a board: linear, from pictures at one angle of the spindle.
+// Computes the first guess of a calibration by a board: linear, from pictures at one angle of the
+// spindle.
 #pragma once
 
 #include <cstddef>
@@ -25,16 +26,17 @@ struct BoardStart {
   double depth_mm = 0;       ///< extent of the spindle's places along its axis
   double width_mm = 0;       ///< across it
   std::vector<bool> placed;  ///< of the marks
-  /// Far beside where the others of their picture put them: misread codes.
+  /// Observations with misread codes: far from the position that the others of their picture
+  /// predict.
   std::vector<std::size_t> strays;
 };
 
-/// A pin-hole with a bent lens from translations alone: H (mark - place) ~ pixel is linear in H and
-/// H · mark (direct linear transform); the bend is searched for. Then marks, then the camera's
-/// place across the axis from pictures at other angles.
+/// Fits a pin-hole with a bent lens from translations alone. H (mark - place) ~ pixel is linear in
+/// H and H · mark (direct linear transform); the bend is searched for. Then finds the marks, and
+/// the camera's place across the axis from pictures at other angles.
 [[nodiscard]] BoardStart StartBoard(const BoardNetwork& network);
 
-/// Leaves out what the first guess does not place, and strays.
+/// Drops strays and all that the first guess does not place.
 void UseStart(const BoardStart& start, BoardNetwork& network);
 
 }  // namespace trammel::part_alignment

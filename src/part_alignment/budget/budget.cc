@@ -20,7 +20,8 @@ using Eigen::Vector3d;
 
 namespace {
 
-// Every corner of the box: each contributor grows outwards, so its largest value is at one of them.
+// Returns every corner of the box: each contributor grows outwards, so its largest value is at one
+// of them.
 std::array<Vector3d, 8> Corners(const BudgetScene& scene) {
   std::array<Vector3d, 8> corners;
   for (unsigned i = 0; i < 8; ++i) {
@@ -38,13 +39,13 @@ void SumUp(const BudgetScene& scene, int axis, AxisBudget& budget) {
   const bool known = scene.repeats == 0 || !(share > 0);
   budget.degrees_of_freedom =
       known ? std::numeric_limits<double>::infinity() : (scene.repeats - 1) / share;
-  // Beyond this many Student's t is the normal distribution to four digits.
+  // Degrees of freedom above which Student's t is the normal distribution to four digits.
   constexpr double kMany = 1e5;
   budget.coverage_factor = StudentT95(std::min(budget.degrees_of_freedom, kMany));
   TRAMMEL_CHECK(std::isfinite(budget.combined_mm), "axis {}: {}", axis, budget.combined_mm);
 }
 
-// The size below which 95 % of the sizes lie.
+// Computes the size that 95 % of the sizes do not exceed.
 double HalfInterval(std::vector<double>& errors) {
   for (double& error : errors) error = std::abs(error);
   constexpr double kProbability = 0.95;
@@ -127,7 +128,7 @@ Result<LengthErrors> JudgeLengths(std::span<const MeasuredLength> lengths, doubl
       errors.largest_mm = error_mm;
       errors.worst = i;
     }
-    // Written limits meet written lengths: rounding to binary is not to decide.
+    // Written limits may equal written lengths: binary rounding must not decide.
     constexpr double kRounding_mm = 1e-9;
     errors.within =
         errors.within && error_mm <= constant_mm + per_mm * length.calibrated_mm + kRounding_mm;
@@ -209,7 +210,7 @@ Result<BudgetTerms> TermsOf(const BudgetScene& scene) {
     normal += by.transpose() * weight.asDiagonal() * by;
     right.middleCols<3>(3 * i) = by.transpose() * weight.asDiagonal();
   }
-  // Turns in rad and mm: to one size before judging the rank.
+  // Rotations in rad and mm: scaled to one size before the rank is checked.
   const Eigen::Matrix<double, 6, 1> scale = normal.diagonal().cwiseSqrt();
   constexpr const char* kInLine =
       "the targets lie in one line (or nearly): the part's turn about it is not determined";

@@ -66,7 +66,7 @@ TEST(Budget, SimulationAndLinearSumAgree) {
   for (const AxisBudget& axis : budget->axes) {
     // Standard deviation of a standard deviation: 1 / sqrt(2 n); five of them.
     EXPECT_NEAR(axis.simulated_mm / axis.combined_mm, 1, 5 / std::sqrt(2.0 * kTrials)) << seed;
-    // With a rectangular share 95 % ends below 1.96 sigma, and k = 2 always covers it.
+    // With a rectangular share, 95 % ends below 1.96 sigma, and k = 2 always covers it.
     EXPECT_LT(axis.simulated_expanded_mm, 1.98 * axis.combined_mm);
     EXPECT_GT(axis.simulated_expanded_mm, 1.65 * axis.combined_mm);
   }

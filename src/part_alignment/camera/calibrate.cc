@@ -28,7 +28,7 @@ using Eigen::Vector3d;
 constexpr std::size_t kLeastViews = 12;  // 24 equations for 13 numbers
 constexpr double kWrongSigma = 5;        // a view beyond it is taken for wrong
 
-// A view as the fit takes it: a place in the taper frame and what whitens its residual.
+// View for the fit: a place in the taper frame and the whitener of its residual.
 struct Sample {
   Vector3d taper_mm;
   Vector2d pixel;
@@ -107,7 +107,7 @@ LeastSquaresFit FitCamera(const Camera& start, const std::vector<Sample>& sample
   return FitLeastSquares(function, ParametersOf(start));
 }
 
-// The uncertainty of a place, as pixels, joins that of the picture.
+// Adds the uncertainty of a place, as pixels, to that of the picture.
 void JoinPlaceUncertainty(const Camera& camera, double position_sigma_mm,
                           const GridMeasurement& grid, std::vector<Sample>& samples) {
   for (std::size_t i = 0; i < samples.size(); ++i) {
@@ -128,7 +128,7 @@ double WhitenedError(const Camera& camera, const Sample& sample) {
   return (sample.whiten * (projected->pixel - sample.pixel)).norm();
 }
 
-// Leaves out views that do not fit the rest, the worst first; false when there are too many.
+// Drops views that do not fit the rest, the worst first; false if there are too many.
 bool DropWrongViews(const std::vector<Sample>& samples, Camera& camera,
                     std::vector<std::size_t>& used) {
   const std::size_t least =
@@ -142,7 +142,7 @@ bool DropWrongViews(const std::vector<Sample>& samples, Camera& camera,
     const auto worst = std::max_element(errors.begin(), errors.end());
     if (!(*worst > kWrongSigma * scale)) return true;
     if (used.size() <= least) return false;
-    // All that are about as wrong go at once: one by one would take as many fits.
+    // Drops all that are about as wrong at once: one by one would need as many fits.
     const double limit = std::max(kWrongSigma * scale, *worst / 2);
     std::vector<std::size_t> kept;
     for (std::size_t k = 0; k < used.size(); ++k) {
@@ -155,8 +155,8 @@ bool DropWrongViews(const std::vector<Sample>& samples, Camera& camera,
   }
 }
 
-// What the fitted camera becomes when the target or the taper were elsewhere than stated: the views
-// fix the camera in the measuring machine's frame, so taper_from_camera follows them.
+// Computes taper_from_camera for a target or taper elsewhere than stated. The views fix the camera
+// in the measuring machine's frame, so taper_from_camera follows them.
 Eigen::Matrix<double, 6, 1> TaperFromCamera(const Eigen::Matrix3d& cmm_from_camera,
                                             const Vector3d& camera_in_cmm_mm,
                                             const geometry::Pose& cmm_from_taper) {
@@ -168,8 +168,8 @@ Eigen::Matrix<double, 6, 1> TaperFromCamera(const Eigen::Matrix3d& cmm_from_came
   return pose;
 }
 
-// What the probed taper and the target's place on its tip add to the covariance: no view tells of
-// either, both shift and turn the camera in its taper.
+// Computes the covariance that the probed taper and the target's position on its tip add. No view
+// determines either; both shift and turn the camera in its taper.
 CameraCovariance CovarianceOfSetUp(const GridMeasurement& grid, const Camera& camera) {
   const Eigen::Matrix3d cmm_from_taper =
       geometry::RotationFromAngles(grid.cmm_from_taper.angles_rad);
@@ -204,14 +204,14 @@ double AlongAxis(const Camera& camera, const Vector3d& taper_mm) {
       geometry::RotationFromAngles(pose.angles_rad).col(2).dot(taper_mm - pose.translation_mm));
 }
 
-// Views in groups of one distance, where gaps of the distances part them.
+// Groups views of one distance, separated by gaps of the distances.
 std::vector<std::vector<std::size_t>> PlanesOf(const Camera& camera,
                                                const std::vector<Sample>& samples,
                                                std::vector<std::size_t> used) {
   const auto distance = [&](std::size_t i) { return AlongAxis(camera, samples[i].taper_mm); };
   std::sort(used.begin(), used.end(),
             [&](std::size_t a, std::size_t b) { return distance(a) < distance(b); });
-  constexpr double kGap = 1.0 / 25;  // of the grid's depth
+  constexpr double kGap = 1.0 / 25;  // fraction of the grid's depth
   const double gap_mm = kGap * (distance(used.back()) - distance(used.front()));
   std::vector<std::vector<std::size_t>> planes;
   for (std::size_t k = 0; k < used.size(); ++k) {
@@ -225,7 +225,7 @@ std::vector<HeldOutPlane> CrossValidate(const Camera& camera, const std::vector<
                                         const std::vector<std::size_t>& used) {
   const auto planes = PlanesOf(camera, samples, used);
   std::vector<HeldOutPlane> held_out;
-  if (planes.size() < 3) return held_out;  // what is left would be one plane
+  if (planes.size() < 3) return held_out;  // the remainder would be one plane
   for (const auto& plane : planes) {
     std::vector<std::size_t> rest;
     std::copy_if(used.begin(), used.end(), std::back_inserter(rest), [&](std::size_t i) {
@@ -259,7 +259,7 @@ std::vector<HeldOutPlane> CrossValidate(const Camera& camera, const std::vector<
   return held_out;
 }
 
-// The parameters that share the weakest direction, by name.
+// Names the parameters that share the weakest direction.
 std::string WeakestWords(const Eigen::VectorXd& weakest) {
   constexpr double kShare = 0.3;
   std::string words;
@@ -306,7 +306,7 @@ void NoteResiduals(const GridMeasurement& grid, const std::vector<Sample>& sampl
 }
 
 void NoteMisfit(CameraCalibration& result) {
-  // Four standard deviations of the root mean square of so many normal numbers.
+  // Four standard deviations of the root mean square of as many normal numbers.
   const double expected = 4 / std::sqrt(2.0 * result.degrees_of_freedom);
   if (result.residual_rms_sigma > 1 + expected) {
     result.notices.push_back(fmt::format(

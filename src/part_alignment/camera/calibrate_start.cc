@@ -16,7 +16,7 @@ using Eigen::Vector3d;
 
 using Pinhole = Eigen::Matrix<double, 3, 4>;
 
-// Moves and shrinks points so that their mean is 0 and they are about 1 away from it.
+// Moves and scales points so that their mean is 0 and their distance from it about 1.
 template <int N>
 struct Scaling {
   Eigen::Matrix<double, N, 1> mean = Eigen::Matrix<double, N, 1>::Zero();
@@ -96,7 +96,7 @@ CameraStart StartCamera(const Camera& frame, std::span<const Vector3d> taper_mm,
   start.camera = frame;
   start.flatness_mm = Flatness(taper_mm);
   const Scaling<3> scaling(taper_mm);
-  constexpr double kFlat = 1e-3;  // of the places' size: a linear start needs depth
+  constexpr double kFlat = 1e-3;  // relative to the points' extent: linear start needs depth
   if (!(start.flatness_mm > kFlat * scaling.size)) {
     start.fault = StartFault::kFlat;
     return start;
@@ -107,7 +107,7 @@ CameraStart StartCamera(const Camera& frame, std::span<const Vector3d> taper_mm,
   if (side * (p.row(2) * scaling.mean.homogeneous()).value() < 0) p = -p;
   const PinholeParts parts = PartsOf(p.leftCols<3>());
   if (parts.mirrored) {
-    // Of shallow places noise alone may turn the sign.
+    // Noise alone may turn the sign where positions are shallow.
     constexpr double kShallow = 0.05;
     const bool shallow = start.flatness_mm < kShallow * scaling.size;
     start.fault = shallow ? StartFault::kFlat : StartFault::kMirrored;

@@ -1,4 +1,4 @@
-// The first guess of a calibration, by the direct linear transform.
+// Computes the first guess of a calibration by the direct linear transform.
 #pragma once
 
 #include <Eigen/Core>
@@ -16,17 +16,17 @@ enum class StartFault {
 
 struct CameraStart {
   StartFault fault = StartFault::kNone;
-  Camera camera;           ///< without distortion
+  Camera camera;           ///< no distortion
   double flatness_mm = 0;  ///< root mean square distance of the places from their plane
 };
 
-/// Eleven numbers of a pin-hole from places (taper frame, mm) and pixels, after Abdel-Aziz & Karara
-/// 1971, in Hartley's scaling. REQUIRES as many places as pixels, at least 6, finite.
+/// Computes a pin-hole's eleven numbers from places (taper frame, mm) and pixels, after Abdel-Aziz
+/// & Karara 1971, in Hartley's scaling. REQUIRES as many places as pixels, at least 6, finite.
 [[nodiscard]] CameraStart StartCamera(const Camera& frame,
                                       std::span<const Eigen::Vector3d> taper_mm,
                                       std::span<const Eigen::Vector2d> pixels);
 
-/// What the left 3 × 3 of a pin-hole's matrix holds, its third row of length 1.
+/// Parts of the left 3 × 3 of a pin-hole's matrix, its third row of length 1.
 struct PinholeParts {
   Eigen::Vector2d principal = Eigen::Vector2d::Zero();
   double across = 0;  ///< focal lengths along columns and rows

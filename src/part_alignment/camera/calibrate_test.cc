@@ -160,7 +160,7 @@ TEST(CameraCalibration, OnePlaneIsNotEnoughAndTheReasonSaysWhy) {
 TEST(CameraCalibration, PlanesTooNearToOneAnotherDoNotTellTheFocalLength) {
   GridMeasurement grid = Pyramid(10, 4);
   Random random(72);
-  // Of the ten planes those two that are nearest, drawn together to 1 mm.
+  // Uses the two nearest of the ten planes, moved together to 1 mm.
   const Camera truth = Truth();
   const Eigen::Matrix3d rotation = geometry::RotationFromAngles(grid.cmm_from_taper.angles_rad);
   grid.views.resize(32);

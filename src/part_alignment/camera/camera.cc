@@ -19,7 +19,8 @@ using Eigen::Vector3d;
 
 namespace {
 
-/// Beyond it lies no picture, and numbers lose their meaning. Also where infinities and NaN stop.
+/// Limit beyond which there is no picture, and numbers lose their meaning; also excludes infinities
+/// and NaN.
 constexpr double kFarthest_px = 1e8;
 
 /// Brown's polynomial at a place about the principal point, and its derivative.
@@ -29,8 +30,8 @@ struct Bent {
 };
 
 Bent Bend(const Camera& camera, const Vector2d& place) {
-  // Both conventions are one polynomial once the tangential coefficients stand in their order:
-  // along_x (r² + 2 x²) + 2 along_y x y, and along_y (r² + 2 y²) + 2 along_x x y.
+  // Both conventions are one polynomial after reordering the tangential coefficients: along_x (r² +
+  // 2 x²) + 2 along_y x y, and along_y (r² + 2 y²) + 2 along_x x y.
   const bool paper = camera.convention == CameraConvention::kBrownMeasuredToIdeal;
   const double along_x = paper ? camera.p1 : camera.p2;
   const double along_y = paper ? camera.p2 : camera.p1;
@@ -48,8 +49,8 @@ Bent Bend(const Camera& camera, const Vector2d& place) {
   return bent;
 }
 
-/// The squared radius at which r (1 + k1 r² + k2 r⁴) turns back: what lies beyond is a second
-/// picture laid over the first.
+/// Computes the squared radius at which r (1 + k1 r² + k2 r⁴) turns back: beyond it a second
+/// picture overlaps the first.
 double FoldRadius2(const Camera& camera) {
   constexpr double kNever = std::numeric_limits<double>::infinity();
   const double half = 1.5 * camera.k1;
@@ -62,12 +63,12 @@ double FoldRadius2(const Camera& camera) {
   return inverse > 0 ? 1 / inverse : kNever;
 }
 
-/// Whether a place lies where the polynomial still is one to one.
+/// True if the polynomial is still one to one at this position.
 bool Unfolded(const Bent& bent, double r2, double fold2) {
   return r2 < fold2 && bent.by_place(0, 0) > 0 && bent.by_place.determinant() > 0;
 }
 
-/// The place that Bend takes to `bent`, by Newton steps that are halved until they help.
+/// Finds the place that Bend maps to `bent`, by Newton steps that are halved until they help.
 std::optional<Vector2d> Unbend(const Camera& camera, const Vector2d& wanted) {
   if (!(wanted.norm() < kFarthest_px)) {
     return std::nullopt;
@@ -132,7 +133,7 @@ Result<void> Validate(const Camera& camera) {
     double low;
     double high;
   };
-  // The sides of what anybody builds: a slip of unit falls outside, a strange camera does not.
+  // Ranges of real cameras: an error of unit is outside, an unusual camera is not.
   const geometry::Pose& taper = camera.taper_from_camera;
   const std::array fields{
       Field{"image_px[0] (width)", double(camera.width_px), 2, kMostPixels},
@@ -234,7 +235,7 @@ std::optional<Vector3d> LineOfSight(const Camera& camera, const Vector2d& pixel)
 
 namespace {
 
-// What k1, k2, p1 and p2 add to a place about the principal point, each by itself.
+// Computes the separate shifts by k1, k2, p1 and p2 of a position about the principal point.
 Eigen::Matrix<double, 2, 4> DistortionBasis(CameraConvention convention, const Vector2d& at) {
   const double x = at.x();
   const double y = at.y();
@@ -257,8 +258,8 @@ Result<void> Validate(const CameraCovariance& covariance) {
   if (!covariance.allFinite() || (variances.array() < 0).any()) {
     return Fail("the camera's covariance has a number that is not finite, or a negative variance");
   }
-  // Parameters of very different sizes: the eigenvalues are judged of their correlations. One
-  // without variance that others vary with makes one negative, too.
+  // Parameters differ much in size, so the eigenvalues of their correlations are checked. A
+  // parameter without variance that others covary with makes one negative, too.
   const CameraVector sigmas = variances.cwiseSqrt();
   const CameraVector scale = (sigmas.array() > 0).select(sigmas.cwiseInverse(), 1);
   const Eigen::MatrixXd correlation = scale.asDiagonal() * covariance * scale.asDiagonal();

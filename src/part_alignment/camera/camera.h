@@ -1,4 +1,4 @@
-// The camera in the spindle: a pin-hole with Brown's distortion, clamped in a taper.
+// Camera in the spindle: a pin-hole with Brown's distortion, clamped in a taper.
 #pragma once
 
 #include <Eigen/Core>
@@ -11,8 +11,8 @@
 
 namespace trammel::part_alignment {
 
-/// Which way the polynomial runs. Taken the wrong way round it bends the picture by twice the
-/// distortion, and no residual tells.
+/// Direction of the distortion polynomial. The wrong one bends the picture by twice the distortion,
+/// and no residual shows it.
 enum class CameraConvention {
   /// Photogrammetry: ideal = m + m (k1 r² + k2 r⁴) + [p1 (r² + 2 x²) + 2 p2 x y,
   ///                                               p2 (r² + 2 y²) + 2 p1 x y],
@@ -24,10 +24,10 @@ enum class CameraConvention {
   kBrownIdealToDistorted,
 };
 
-/// The side of the camera frame's origin on which what it sees lies. Projection is u / w on both.
-/// With w < 0 and rows that run down the picture is the *mirror image* of what is seen (a turn by
-/// 180 degrees only where rows run up): a real sensor whose rows run down looks along +z, and no
-/// rotation makes of it a camera that looks along -z.
+/// Side of the camera frame's origin on which the visible scene is. Projection is u / w on both.
+/// With w < 0 and rows that run down, the picture is the *mirror image* of the scene; only where
+/// rows run up is it a turn by 180 degrees. A real sensor whose rows run down looks along +z, and
+/// no rotation turns it into a camera that looks along -z.
 enum class LooksAlong { kPlusZ, kMinusZ };
 
 /// Pixel (0, 0) is the centre of the first pixel; columns run right, rows down. Distortion works in
@@ -49,20 +49,20 @@ struct Camera {
   geometry::Pose taper_from_camera;
 };
 
-/// Errors (kInput) name the field, its value and the bounds.
+/// Checks a camera. Errors (kInput) name the field, its value and the bounds.
 [[nodiscard]] Result<void> Validate(const Camera& camera);
 
-/// The principal point, (column, row) in px.
+/// Returns the principal point, (column, row) in px.
 [[nodiscard]] Eigen::Vector2d PrincipalPoint(const Camera& camera);
 
-/// Where a point of the camera frame (mm) appears, (column, row) in px: the ideal place is
-/// principal point + focal length / pitch · (u / w, v / w), then the lens. Absent behind the
-/// camera, and where the distortion cannot be inverted (it folds there). May lie outside the image.
-/// The inversion is right to 1e-12 px. REQUIRES Validate(camera), as all below.
+/// Returns the pixel (column, row) of a point of the camera frame (mm): principal point + focal
+/// length / pitch · (u / w, v / w), then the lens. Absent behind the camera, and where the
+/// distortion cannot be inverted (it folds there). May be outside the image. The inversion is exact
+/// to 1e-12 px. REQUIRES Validate(camera), as all below.
 [[nodiscard]] std::optional<Eigen::Vector2d> Project(const Camera& camera,
                                                      const Eigen::Vector3d& camera_mm);
 
-/// The same with its derivatives, px per mm.
+/// Projection with its derivatives, px per mm.
 struct Projection {
   Eigen::Vector2d pixel;
   Eigen::Matrix<double, 2, 3> by_point;  ///< d(column, row) / d(u, v, w)
@@ -71,7 +71,7 @@ struct Projection {
 [[nodiscard]] std::optional<Projection> ProjectWithDerivative(const Camera& camera,
                                                               const Eigen::Vector3d& camera_mm);
 
-/// The line of sight of a pixel: unit vector in the camera frame, pointing to the visible side.
+/// Computes a pixel's line of sight: a unit vector in the camera frame, towards the visible side.
 /// Absent where the distortion cannot be inverted.
 [[nodiscard]] std::optional<Eigen::Vector3d> LineOfSight(const Camera& camera,
                                                          const Eigen::Vector2d& pixel);
@@ -79,7 +79,7 @@ struct Projection {
 inline constexpr int kIntrinsics = 7;
 inline constexpr int kCameraParameters = 13;
 
-/// In the order of every vector and covariance of a calibration, as files and messages call them.
+/// Names of camera parameters, in the order of vectors and covariances, as in files and messages.
 inline constexpr std::array<const char*, kCameraParameters> kCameraParameterNames{
     "focal_length_mm",
     "principal_column_px",
@@ -112,13 +112,13 @@ struct ParameterProjection {
   Eigen::Matrix<double, 2, kCameraParameters> by_parameter;
 };
 
-/// Where a point of the taper frame (mm) appears, with all derivatives. Absent where Project has no
-/// pixel.
+/// Returns the pixel of a point of the taper frame (mm), with all derivatives. Absent where Project
+/// has no pixel.
 [[nodiscard]] std::optional<ParameterProjection> ProjectFromTaper(const Camera& camera,
                                                                   const Eigen::Vector3d& taper_mm);
 
-/// What is wrong with a camera (the field, its value and the bound): numbers that are not finite,
-/// sizes and lengths that no camera has. Absent where it is sound.
+/// Returns the fault of a camera (field, value and bound): numbers that are not finite, impossible
+/// sizes and lengths. Absent if it is sound.
 [[nodiscard]] std::optional<std::string> FaultOf(const Camera& camera);
 
 }  // namespace trammel::part_alignment

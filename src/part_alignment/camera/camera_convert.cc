@@ -17,7 +17,7 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-// A line of sight, and the pixel that the camera to be matched sees it at.
+// Line of sight, and its pixel in the camera to be matched.
 struct MatchedDirection {
   Vector3d direction;
   Vector2d pixel;
@@ -26,7 +26,7 @@ struct MatchedDirection {
 constexpr int kDirectionsAcross = 31;
 constexpr int kDirectionsDown = 25;
 
-// Pixels in even steps over the sensor, its edges and corners among them.
+// Returns pixels in even steps over the sensor, with its edges and corners.
 std::vector<Vector2d> SensorPixels(int width_px, int height_px) {
   std::vector<Vector2d> pixels;
   for (int row = 0; row < kDirectionsDown; ++row) {
@@ -45,7 +45,7 @@ tl::unexpected<Error> Folds(const Vector2d& pixel) {
       pixel.x(), pixel.y()));
 }
 
-// The direction that OpenCV's camera sees at a pixel: Newton's method from the middle outwards.
+// Computes the direction of a pixel in OpenCV's camera: Newton's method from the middle outwards.
 std::optional<Vector3d> OpenCvDirection(const OpenCvCamera& camera, const Vector2d& pixel) {
   constexpr int kRounds = 60;
   constexpr double kEnough_px = 1e-11;
@@ -80,7 +80,7 @@ void MeasureErrors(const std::vector<MatchedDirection>& observations, ConvertedC
   converted.rms_error_px = std::sqrt(sum / static_cast<double>(observations.size()));
 }
 
-// Intrinsic parameters of `start` that see `observations` where they are.
+// Fits the intrinsic parameters of `start` to `observations`.
 Result<ConvertedCamera> FitObservations(const Camera& start,
                                         const std::vector<MatchedDirection>& observations,
                                         double most_error_px) {
@@ -149,7 +149,7 @@ std::optional<std::string> FaultOfOpenCv(const OpenCvCamera& camera) {
   return std::nullopt;
 }
 
-// What OpenCV's camera is here, all but k3 … k6 and the difference of fx and fy.
+// Converts OpenCV's camera, without k3 … k6 and the difference of fx and fy.
 Camera PlainPart(const OpenCvCamera& camera, double pixel_pitch_mm) {
   const double f_px = (camera.fx_px + camera.fy_px) / 2;
   Camera plain;
@@ -168,7 +168,8 @@ Camera PlainPart(const OpenCvCamera& camera, double pixel_pitch_mm) {
   return plain;
 }
 
-// A start for the other direction: to first order it is the same polynomial with its sign turned.
+// Returns a start for the other direction: to first order it is the same polynomial with the
+// opposite sign.
 Camera Turned(const Camera& camera, CameraConvention convention) {
   Camera turned = camera;
   if (camera.convention == convention) return turned;

@@ -13,9 +13,9 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-/// Of Newton's inversion (1e-12 px) and of the rounding of places up to 3000 px.
+/// Tolerance of Newton's inversion (1e-12 px) and of rounding positions up to 3000 px.
 constexpr double kInversion_px = 2e-12;
-/// Of the numbers below, which were printed with ten digits.
+/// Tolerance of the numbers below, which were printed with ten digits.
 constexpr double kPrinted_px = 1e-9;
 
 /// Table 1 of Mendikute et al.
@@ -169,7 +169,7 @@ TEST(Camera, ValidateNamesTheFieldThatCannotBe) {
   ASSERT_FALSE(Validate(camera));
   EXPECT_NE(Validate(camera).error().message.find("k1 is nan"), std::string::npos);
   camera = TableOne();
-  camera.k1 = 0.237;  // of coordinates in focal lengths, as OpenCV gives it
+  camera.k1 = 0.237;  // in focal lengths, as OpenCV gives it
   EXPECT_FALSE(Validate(camera));
 }
 

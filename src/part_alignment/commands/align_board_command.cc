@@ -1,4 +1,4 @@
-// trammel align board: the machine carries its own camera over a printed board, takes the pictures,
+// trammel align board: the machine moves its own camera over a printed board, takes the pictures,
 // and calibrates it.
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -67,7 +67,7 @@ constexpr double kUsualPitch_mm = 0.003;
 
 Result<part_alignment::BoardTouch> ReadTouch(const std::string& text) {
   constexpr std::size_t kNumbers = 5;
-  constexpr double kSigma_mm = 0.005;  // of one touch with paper or a probe
+  constexpr double kSigma_mm = 0.005;  // one touch with paper or a probe
   const auto numbers = procedure::ParseNumbers(text, kNumbers);
   if (!numbers || (*numbers)[0] != std::floor((*numbers)[0])) {
     return Fail(
@@ -81,7 +81,7 @@ Result<part_alignment::BoardTouch> ReadTouch(const std::string& text) {
       fmt::format("{:.0f}", n[0]), {n[1], n[2], n[3]}, n[4], {none, none, kSigma_mm}};
 }
 
-// The travel that was given, within what the controller tells.
+// Returns the given travel, within the controller's limits.
 Result<MachineBox> TravelWithin(const BoardCommandArguments& arguments,
                                 const machine::LinuxCncTravel& told) {
   MachineBox travel{told.low_mm, told.high_mm};
@@ -189,15 +189,15 @@ void AddTouches(CLI::App& command, BoardCommandArguments& arguments) {
   sigma->needs(place);
 }
 
-/// Of camera, board, places, and what no picture tells.
+/// Adds the options for camera, board, positions, and quantities that pictures do not determine.
 void AddBoardOptions(CLI::App& command, BoardCommandArguments& arguments) {
   AddCamera(command, arguments);
   AddPlaces(command, arguments);
   AddTouches(command, arguments);
 }
 
-/// What is told of board and camera, without views.
-/// Errors (kInput): the sheet's file; a touch of no mark or of another form; a sigma that is none.
+/// Reads the given board and camera, without views.
+/// Errors (kInput): the sheet's file; a touch of no mark or of another form; an invalid sigma.
 Result<files::BoardFile> BoardOf(const BoardCommandArguments& arguments) {
   auto board = files::ReadBoardSheet(arguments.sheet);
   if (!board) return board;
@@ -233,9 +233,8 @@ Result<files::BoardFile> BoardOf(const BoardCommandArguments& arguments) {
                           fmt::join(arguments.place_sigma_mm, ",")));
 }
 
-/// The safe height, obstacles, and the travel that was given within what the controller tells.
-/// Errors: kSafety for an axis of which neither tells the limits; kInput for obstacles that are
-/// none.
+/// Fills in the safe height, obstacles, and the given travel within the controller's limits.
+/// Errors: kSafety for an axis without limits from either; kInput for invalid obstacles.
 Result<void> FillRoute(const BoardCommandArguments& arguments, const machine::LinuxCncTravel& told,
                        procedure::RouteOptions& route) {
   const auto travel = TRY(TravelWithin(arguments, told));
@@ -251,7 +250,7 @@ Result<void> FillRoute(const BoardCommandArguments& arguments, const machine::Li
   return {};
 }
 
-/// Notices of what was left out, on standard error.
+/// Prints notices of omitted options, on standard error.
 void TellWhatIsMissing(const BoardCommandArguments& arguments, const BoardMeasurement& board) {
   const auto notice = [](const char* text) { fmt::print(stderr, "notice    {}\n", text); };
   if (arguments.pixel_pitch_mm == 0) {
@@ -279,8 +278,7 @@ constexpr const char* kTurnQuestion = "turned";  // never answered beforehand
 constexpr const char* kSheetName = "sheet.json";
 constexpr std::size_t kMostSheetBytes = 20'000'000;
 
-// What is kept of a run as it goes: pictures, BOARD.json and what was seen, each whole at any
-// moment.
+// Folder of a run: pictures, BOARD.json and observations, each file whole at any moment.
 class BoardFolder {
  public:
   BoardFolder(fs::path folder, files::BoardFile board, std::string sheet)
@@ -308,7 +306,7 @@ class BoardFolder {
     return Write(seen_path(), files::SurveyFileText(seen));
   }
 
-  // With where what was taken is.
+  // Adds the folder of the pictures taken so far to the message.
   [[nodiscard]] Error Stopped(const Error& error) const {
     if (names_.empty()) return error;
     return {error.kind, fmt::format("{}; the pictures taken ({}) are kept in {}", error.message,
@@ -327,10 +325,10 @@ class BoardFolder {
   fs::path folder_;
   files::BoardFile board_;
   std::string sheet_;               ///< the text of its file
-  std::vector<std::string> names_;  ///< of the pictures
+  std::vector<std::string> names_;  ///< picture names
 };
 
-// The live camera, which need not be described by any file.
+// Opens the live camera, which needs no camera file.
 Result<std::unique_ptr<machine::FrameSource>> OpenSource(const BoardCommandArguments& arguments,
                                                          const std::stop_token& stop) {
   machine::CameraOptions options;
@@ -354,7 +352,7 @@ Result<std::unique_ptr<machine::FrameSource>> OpenSource(const BoardCommandArgum
   return source;
 }
 
-// The machine with its camera, while the pictures are taken.
+// Machine with its camera, while the pictures are taken.
 class BoardStand {
  public:
   BoardStand(const BoardCommandArguments& arguments, machine::LinuxCnc& linuxcnc,
@@ -390,7 +388,7 @@ class BoardStand {
   }
 
  private:
-  // While somebody is asked, the machine is looked at.
+  // Monitors the machine while a question is open.
   [[nodiscard]] std::function<Result<void>()> Watch() {
     return [this] { return linuxcnc_.Prepare(true, stop_); };
   }
@@ -481,7 +479,7 @@ void AddAlignBoardCommand(CLI::App& parent, int& exit_code) {
   CLI::App* command = parent.add_subcommand(
       "board", "drive the camera over a printed board, take the pictures, calibrate it");
   const auto arguments = std::make_shared<BoardCommandArguments>();
-  arguments->drive.reading.extra_sigma_px = 0.01;  // as of align calibrate --board
+  arguments->drive.reading.extra_sigma_px = 0.01;  // as in align calibrate --board
   command
       ->add_option("folder", arguments->folder,
                    "new folder for pictures, board.json, camera.json and the report")

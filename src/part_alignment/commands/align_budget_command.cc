@@ -27,7 +27,7 @@ struct BudgetArguments {
   bool json = false;
 };
 
-// Lengths and tolerance, where the scene has them; false where one of them is not held.
+// Checks lengths and tolerance, if the scene has them; false if one of them is exceeded.
 bool JudgeScene(const files::BudgetFile& file, const part_alignment::Budget& budget,
                 std::string& text) {
   bool held = true;

@@ -1,4 +1,4 @@
-// trammel align calibrate and trammel align camera: where a camera file comes from.
+// trammel align calibrate and trammel align camera: make a camera file.
 #include "part_alignment/commands/align_calibrate_command.h"
 
 #include <fmt/format.h>
@@ -39,7 +39,7 @@ using part_alignment::SurveyPicture;
 
 struct CalibrateArguments {
   std::string grid;
-  BoardArguments board;  ///< its answer's options are those of either
+  BoardArguments board;  ///< its output options serve both methods
 };
 
 // Prints a calibration and writes its camera file.
@@ -72,7 +72,7 @@ Result<int> RunGridCalibration(const std::string& path, const AnswerOptions& opt
   });
 }
 
-// From the pictures beside BOARD.json, or as they were kept.
+// Reads the marks from the pictures beside BOARD.json, or from stored observations.
 Result<procedure::SurveyReading> ReadMarks(const BoardArguments& arguments,
                                            const files::BoardFile& board) {
   if (!arguments.observations.empty()) {
@@ -92,7 +92,7 @@ Result<procedure::SurveyReading> ReadMarks(const BoardArguments& arguments,
       paths, options, [](const std::string& line) { fmt::print(stderr, "{}\n", line); });
 }
 
-// Each view's picture by its name; a picture that no view names is none of this table.
+// Assigns each view's picture by its name; a picture that no view names is not part of this table.
 Result<void> JoinMarks(const std::vector<SurveyPicture>& pictures, const std::string& where,
                        files::BoardFile& board) {
   std::map<std::string, const SurveyPicture*> by_name;
@@ -139,7 +139,7 @@ struct CameraArguments {
   bool force = false;
 };
 
-// A calibration is that of one model's parameters.
+// Converts a camera of our own. A calibration is that of one model's parameters.
 Result<part_alignment::ConvertedCamera> ConvertOwn(
     const files::CameraFile& own, const CameraArguments& arguments,
     const part_alignment::ConvertOptions& options,
@@ -168,7 +168,7 @@ Result<part_alignment::ConvertedCamera> Converted(
   if (arguments.file == "table1") {
     return part_alignment::ConvertConvention(part_alignment::TableOneCamera(), options);
   }
-  // A camera file of our own is turned to the other convention.
+  // A camera file of our own is converted to the other convention.
   if (const auto own = files::ReadCameraFile(arguments.file)) {
     return ConvertOwn(*own, arguments, options, calibration);
   }

@@ -1,4 +1,4 @@
-// trammel align calibrate --board: what it does between options and exit code.
+// Runs trammel align calibrate --board, between options and exit code.
 #pragma once
 
 #include <string>
@@ -10,7 +10,7 @@ namespace trammel::app {
 
 struct BoardArguments {
   std::string board;         ///< BOARD.json
-  std::string observations;  ///< of its pictures, in place of them
+  std::string observations;  ///< read instead of its pictures
   std::string keep_observations;
   double extra_sigma_px = 0.01;
   AnswerOptions answer;

@@ -105,7 +105,7 @@ TEST_F(AlignCommand, UnknownsOfTheCommandLineReplaceTheFiles) {
 }
 
 TEST_F(AlignCommand, ASimulationStandsBesideWhatIsStated) {
-  constexpr double kAgreement = 0.08;  // of 4000 trials to 1.1 %
+  constexpr double kAgreement = 0.08;  // 4000 trials are good to 1.1 %
   const CommandResult solved = Align("solve seen.json --trials 4000 --seed 7");
   ASSERT_EQ(solved.exit_code, 0) << solved.output;
   const json result = json::parse(solved.standard_output);

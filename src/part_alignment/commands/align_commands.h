@@ -1,4 +1,4 @@
-// The commands below `trammel align`.
+// Commands below `trammel align`.
 #pragma once
 
 namespace CLI {
@@ -7,10 +7,10 @@ class App;
 
 namespace trammel::app {
 
-/// Fills the group; each command stores its exit code (app/commands.h).
+/// Adds the commands to the group; each stores its exit code (app/commands.h).
 void AddAlignCommands(CLI::App& align, int& exit_code);
 
-/// Each hangs its command below `parent`.
+/// Each function adds its command below `parent`.
 void AddAlignBoardCommand(CLI::App& parent, int& exit_code);
 void AddAlignBudgetCommand(CLI::App& parent, int& exit_code);
 void AddAlignCalibrateCommand(CLI::App& parent, int& exit_code);

@@ -1,4 +1,4 @@
-// trammel align correct: shims for the fixture, the work offset for the control, and what is left.
+// trammel align correct: shims for the fixture, the work offset for the control, and the remainder.
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
@@ -42,7 +42,7 @@ Result<void> CorrectAtFixture(const CorrectArguments& arguments,
   if (arguments.supports.empty()) return {};
   const auto file = TRY(files::ReadSupportsFile(arguments.supports));
   const geometry::Pose& measured = result.machine_from_part;
-  // Without an ideal the part is to lie level, turned about Z as it is.
+  // Without an ideal pose, the part is to be level, with its present rotation about Z.
   const Eigen::Vector3d ideal_rad =
       file.ideal_angles_rad.value_or(Eigen::Vector3d(0, 0, measured.angles_rad.z()));
   auto fixture =
@@ -59,7 +59,7 @@ Result<void> CorrectAtFixture(const CorrectArguments& arguments,
 
 Result<void> CorrectAtControl(const CorrectArguments& arguments, report::CorrectionOutput& output) {
   const Control control = *part_alignment::ParseControl(arguments.control);
-  const bool rows = control == Control::kHeidenhain;  // of its preset table
+  const bool rows = control == Control::kHeidenhain;  // rows of its preset table
   const std::string slot_name =
       !arguments.work_offset.empty() ? arguments.work_offset : (rows ? "1" : "G54");
   const auto slot = TRY(part_alignment::ParseOffsetSlot(control, slot_name));

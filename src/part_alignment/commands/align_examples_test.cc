@@ -89,7 +89,7 @@ TEST_F(AlignExamples, TheManualsCommandsRunInTheirOrder) {
   RunInOrder(fs::path(TRAMMEL_SOURCE) / "docs/howto/part-alignment.md", folder_.path(), 14);
 }
 
-// What the manual shows is what is printed.
+// The manual shows the printed text.
 TEST_F(AlignExamples, InitPrintsTheCommandsOfTheManual) {
   ASSERT_EQ(Align("calibrate grid.json --out camera.json").exit_code, 0);
   ASSERT_EQ(Align("fit points.csv --part part.json --out targets.json").exit_code, 0);
@@ -97,7 +97,7 @@ TEST_F(AlignExamples, InitPrintsTheCommandsOfTheManual) {
   const auto init = std::find_if(commands.begin(), commands.end(), [](const std::string& command) {
     return command.starts_with("align init ");
   });
-  constexpr std::ptrdiff_t kAll = 7;  // with the shop's behind it
+  constexpr std::ptrdiff_t kAll = 7;  // including the shop's last one
   ASSERT_GE(commands.end() - init, kAll);
   const auto begun = test::RunTrammel(*init, folder_.path());
   ASSERT_EQ(begun.exit_code, 0) << begun.output;
@@ -138,7 +138,7 @@ TEST_F(AlignExamples, AnStlAloneIsAPartWhoseUnitIsAsked) {
   EXPECT_EQ(Align("fit points.csv --part part.json --overstock 4").exit_code, 1);
 }
 
-// From the casting to the offset: what each step leaves uncertain is in the next one's figures.
+// Runs the chain from casting to offset: each step's uncertainty enters the next one's figures.
 TEST_F(AlignExamples, TheChainEndsWhereThePartIsWithinWhatItStates) {
   ASSERT_EQ(Align("calibrate grid.json --out camera.json").exit_code, 0);
   ASSERT_EQ(Align("fit points.csv --part part.json --out targets.json").exit_code, 0);

@@ -1,5 +1,5 @@
-// trammel align fit: measured points and the ideal part's surfaces in, the targets' coordinates
-// out.
+// trammel align fit: converts measured points and the ideal part's surfaces to the targets'
+// coordinates.
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
@@ -49,13 +49,13 @@ bool IsStep(const std::filesystem::path& path) {
           machine::LooksLikeStep({reinterpret_cast<const char*>(start->data()), start->size()}));
 }
 
-/// Whether a file is named as one of STEP or STL is.
+/// True if the file has a STEP or STL ending.
 bool NamesCad(const std::filesystem::path& path) {
   return NamesStep(path) || Ending(path) == ".stl";
 }
 
-/// Reads either as its first bytes, then its name, say (machine/cad/step_file.h, ReadMeshFile).
-/// Errors (kInput) besides: a STEP file that is given a unit, having its own, or may be open.
+/// Reads STEP or a mesh, by the first bytes, then the name (machine/cad/step_file.h, ReadMeshFile).
+/// Errors (kInput) besides: a STEP file with a given unit (it has its own), or with `open`.
 Result<files::MeshFile> ReadCadFile(const std::filesystem::path& path,
                                     const std::optional<files::LengthUnit>& unit, bool open) {
   if (!IsStep(path)) return files::ReadMeshFile(path, unit, open);
@@ -96,7 +96,7 @@ struct FitArguments {
   AnswerOptions answer;
 };
 
-/// A mesh alone is all of the ideal part: whatever points call their surface lies on it.
+/// Makes a part of a mesh alone: all points are on it, whatever the name of their surface.
 Result<files::PartFile> PartOfCad(const FitArguments& arguments,
                                   std::vector<part_alignment::MeasuredPoint>& points) {
   if (!arguments.stock_allowance_mm) {

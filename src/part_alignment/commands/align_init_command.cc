@@ -1,5 +1,4 @@
-// trammel align init: from nothing to the files that plan and measure read, and the commands that
-// follow.
+// trammel align init: makes the files that plan and measure read, and lists the next commands.
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
@@ -56,8 +55,8 @@ struct StartValues {
   double safe_z_mm = 0;
   double distance_mm = 0;
   int bits = 14;
-  std::string id_prefix;            ///< of the targets
-  procedure::StartAnswers answers;  ///< as they were given, for the commands
+  std::string id_prefix;            ///< prefix of target ids
+  procedure::StartAnswers answers;  ///< as given, for the commands
 };
 
 struct StartFiles {
@@ -119,7 +118,7 @@ Result<void> IsDistance(const std::string& text) {
   return Fail(fmt::format("{} mm is not within {} … {}", text, kNearest_mm, kFarthest_mm));
 }
 
-// What the controller tells.
+// Formats the travel that the controller reports.
 std::string TravelText(const machine::LinuxCncFacts& facts) {
   const Eigen::Vector3d& low = facts.travel.low_mm;
   const Eigen::Vector3d& high = facts.travel.high_mm;
@@ -149,13 +148,13 @@ std::string MeasureCommand(const StartFiles& names, const StartValues& values) {
                                ObstacleOptions(values));
 }
 
-/// What is asked before the machine is looked at.
+/// Returns the questions before the machine is queried.
 std::vector<StartQuestion> MachineQuestions() {
   return {{"machine", "the machine: session, the LinuxCNC that runs on this computer, or none",
            "session", IsMachine}};
 }
 
-/// What is asked after it; where the controller tells something, that is the fallback.
+/// Returns the questions after it; values from the controller are their defaults.
 std::vector<StartQuestion> JobQuestions(const std::optional<machine::LinuxCncFacts>& facts,
                                         const StartAnswers& answers) {
   const bool has_c = facts && facts->HasAxis('C');
@@ -219,8 +218,8 @@ StartValues ValuesOf(const StartAnswers& answers,
 StartFiles::StartFiles(const fs::path& in)
     : folder(in), settings(in / "setup.json"), views(in / "views.json") {}
 
-/// Observations without views (docs/reference/formats.md); the files of camera and targets by their
-/// paths from the folder.
+/// Returns observations without views (docs/reference/formats.md), with the paths of camera and
+/// targets relative to the folder.
 std::string SettingsText(const StartFiles& names, const StartValues& values) {
   const auto from_folder = [&](const std::string& path) {
     std::error_code fault;
@@ -235,7 +234,7 @@ std::string SettingsText(const StartFiles& names, const StartValues& values) {
   return JsonText(json);
 }
 
-/// The five commands from the clamped camera to the work offset, each with a remark.
+/// Returns the five commands from the clamped camera to the work offset, each with a remark.
 std::string CommandsText(const StartFiles& names, const StartValues& values) {
   const std::string folder = ShellQuoted(names.folder);
   const std::string result = ShellQuoted(names.folder / "result.json");
@@ -274,7 +273,7 @@ constexpr const char* kNoMachine = "none";
 
 struct InitArguments {
   std::string folder = "alignment";
-  StartAnswers answers;  ///< as far as options gave them
+  StartAnswers answers;  ///< from options, where given
   int bits = 14;
   int joints = 0;  ///< 0: as many as the controller has; where it does not tell, 3, 4 with C
 };
@@ -297,7 +296,7 @@ Result<std::optional<machine::LinuxCncFacts>> LookAtMachine(const std::string& a
   return std::optional(std::move(facts));
 }
 
-/// Tells them. @returns whether one forbids to go on.
+/// Prints the contradictions. @returns true if one forbids to continue.
 bool Tell(const std::vector<StartContradiction>& found) {
   bool forbids = false;
   for (const StartContradiction& contradiction : found) {
@@ -318,7 +317,7 @@ part_alignment::ViewPlanOptions PlanOptions(const StartValues& values,
   return options;
 }
 
-/// The settings, which stand under a name of their own until all is well.
+/// Settings, stored under a temporary name until all is well.
 struct Begun {
   files::NewFile settings;
   files::AlignmentInput input;
@@ -360,7 +359,7 @@ Result<void> MakeFolder(const fs::path& folder) {
   return Fail(fmt::format("{}: {}; choose another folder", folder.string(), fault.message()));
 }
 
-// Before anything is asked.
+// Checks the outputs before the first question.
 Result<void> CheckFree(const StartFiles& names) {
   for (const fs::path& path : {names.settings, names.views}) {
     TRY(files::CheckTarget(path, files::IfThere::kRefuse, "choose another folder"));
@@ -368,7 +367,7 @@ Result<void> CheckFree(const StartFiles& names) {
   return {};
 }
 
-// What does not need the machine.
+// Reports checks that do not need the machine.
 bool TellOfFiles(const files::AlignmentInput& input, const procedure::TargetIds& ids) {
   if (input.calibration) {
     if (const auto notice = part_alignment::NoticeOfAge(input.calibration->date, Today())) {

@@ -1,5 +1,5 @@
 // trammel align measure: drives through the planned views, takes and reads the pictures, solves,
-// and leaves a dated folder.
+// and writes a dated folder.
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
@@ -68,10 +68,10 @@ Result<int> Finish(const MeasureArguments& arguments, files::AlignmentInput inpu
                             outcome.notices.end());
   const auto missing = procedure::MissingTargets(outcome, *alignment);
   alignment->notices.insert(alignment->notices.end(), missing.begin(), missing.end());
-  // Once more, where the centres have been corrected since.
+  // Stored again, as the centres may have been corrected since.
   TRY(record.KeepObservations(input.measurement));
   const report::AlignmentOutput output = OutputOf(input, std::move(*alignment));
-  // The answer is printed whatever becomes of the files.
+  // The result is printed even if the files cannot be written.
   const ResultFile result = ResultOf(output, record.folder().string());
   auto written = KeepInRecording(record.folder(), result);
   if (written) {

@@ -136,7 +136,7 @@ TEST_F(AlignMeasure, FindsThePartInPicturesAndLeavesADatedReport) {
   }
   EXPECT_EQ(ReadWhole(report / "view-01.png"), ReadWhole(At("pictures/view-01.png")));
   EXPECT_FALSE(fs::exists(report / "stopped.txt"));
-  // What was kept is what solve needs, and its report is the same.
+  // The stored observations suffice for solve, and its report is the same.
   const std::string kept = (report / "observations.json").string();
   const CommandResult again = test::RunTrammel("align solve --report r " + kept, folder_.path());
   EXPECT_EQ(json::parse(again.standard_output)["part_mm"], result["part_mm"]);
@@ -217,7 +217,7 @@ TEST_F(AlignMeasure, CtrlCLeavesNoMotionRunningAndWhatWasTaken) {
     std::this_thread::sleep_for(std::chrono::milliseconds(5));
   }
   ASSERT_TRUE(kept());
-  server.SetHurry(0.2);  // of the moves from now on
+  server.SetHurry(0.2);  // speeds up the moves from now on
   while (!server.moving() && std::chrono::steady_clock::now() < end) {
     std::this_thread::sleep_for(std::chrono::milliseconds(1));
   }

@@ -70,7 +70,7 @@ std::vector<report::DrawnTarget> DrawnIn(const report::AlignmentOutput& output,
   return drawn;
 }
 
-// Of those that counted; 0 without any.
+// Returns the RMS of the observations that counted; 0 without any.
 double ResidualRms_px(const part_alignment::Alignment& alignment) {
   double squares = 0;
   int count = 0;
@@ -101,8 +101,8 @@ Result<report::Figure> DrawView(const report::AlignmentOutput& output, std::size
                                                               camera.width_px, camera.height_px));
 }
 
-/// The views whose pictures a page holds: those with the largest residuals; one without a picture
-/// would show grey, and more would make the page too large to be sent.
+/// Selects the views whose pictures a page shows: those with the largest residuals. A view without
+/// a picture would be grey, and more would make the page too large to send.
 std::set<std::size_t> ShownViews(const part_alignment::Alignment& alignment,
                                  const std::vector<fs::path>& pictures) {
   constexpr std::size_t kMost = 6;
@@ -233,7 +233,7 @@ Result<void> WriteAlignmentReport(const fs::path& folder, const report::Alignmen
     auto figure = TRY(DrawView(output, i, i < pictures.size() ? pictures[i] : fs::path()));
     files.push_back(
         {folder / (figure.name + "_residuals.png"), figure.canvas.ToPng(figure.png_scale)});
-    // A drawing is far larger than its PNG: of thousands only the page's are kept.
+    // A drawing is far larger than its PNG: of thousands only the page's are stored.
     if (shown.contains(i)) views.push_back(std::move(figure));
   }
   files.push_back({folder / "report.html", report::AlignmentPage(output, views)});
@@ -308,7 +308,7 @@ Error AlignmentRecord::Stopped(const Error& error, const std::vector<std::string
   if (folder_.empty()) return error;
   std::string text = error.message + "\n";
   for (const std::string& notice : notices) text += notice + "\n";
-  // The first error is what counts; a full disk is likely to have been just that.
+  // The first error counts; a full disk was probably its cause.
   const auto written =
       files::WriteWholeFile(folder_ / "stopped.txt", text, files::IfThere::kReplace);
   return {error.kind,

@@ -1,5 +1,5 @@
-// trammel align plan: the views to take, within the machine's travel and clear
-// of part and fixture.
+// trammel align plan: plans the views to take, within the machine's travel and clear of part and
+// fixture.
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
@@ -37,7 +37,7 @@ struct PlanArguments {
   bool force = false;
 };
 
-// Says what a person has to know before driving.
+// Prints what the operator must know before driving.
 void Tell(const ViewPlan& plan) {
   fmt::print(stderr, "verdict    {}\n", VerdictWords(plan.verdict));
   if (!plan.reason.empty()) fmt::print(stderr, "reason     {}\n", plan.reason);
@@ -76,7 +76,7 @@ Result<int> RunPlan(PlanArguments arguments) {
     input.measurement.views.push_back({view.spindle_mm, view.spindle_rotation, {}});
   }
   Tell(plan);
-  // Views that do not do are no plan: nothing is written that measure would drive through.
+  // An insufficient plan is not written, as measure would drive through it.
   if (plan.verdict != Verdict::kGood) {
     fmt::print(stderr, "trammel: no plan is written: {}\n", plan.reason);
     return kExitNotTrusted;

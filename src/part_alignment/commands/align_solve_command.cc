@@ -1,4 +1,4 @@
-// trammel align solve: observations of a part in, where it is and how the camera is clamped out.
+// trammel align solve: computes the part's pose and the camera's clamping from observations.
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
@@ -42,7 +42,7 @@ struct SolveArguments {
   std::string report;
 };
 
-// Those that are there; the others are drawn without.
+// Returns the pictures that exist; the other views are drawn without.
 std::vector<std::filesystem::path> PicturesOf(const files::AlignmentInput& input,
                                               const std::filesystem::path& file) {
   std::vector<std::filesystem::path> pictures;
@@ -54,7 +54,7 @@ std::vector<std::filesystem::path> PicturesOf(const files::AlignmentInput& input
   return pictures;
 }
 
-// A simulation that cannot be is no reason to lose the answer.
+// Runs the simulation; its failure must not lose the result.
 std::optional<part_alignment::MonteCarloUncertainty> Simulate(
     const SolveArguments& arguments, const files::AlignmentInput& input,
     const part_alignment::SolveOptions& options, part_alignment::Alignment& alignment) {
@@ -115,7 +115,7 @@ Result<int> RunSolve(const SolveArguments& arguments) {
   auto simulated = Simulate(arguments, input, options, *alignment);
   report::AlignmentOutput output = OutputOf(input, std::move(*alignment));
   output.simulated = std::move(simulated);
-  // The answer is printed whatever becomes of the files.
+  // The result is printed even if the files cannot be written.
   const ResultFile result = ResultOf(output, arguments.file);
   const auto written = Write(arguments, input, output, result);
   PrintAlignment(output, result, arguments.json,

@@ -82,7 +82,7 @@ class AlignStep : public testing::Test {
   void Write(const std::string& name, const std::string& text) const {
     test::WriteWhole(folder_.path() / name, text);
   }
-  // Of a fit whose verdict is good.
+  // Returns the targets of a fit whose verdict is good.
   [[nodiscard]] std::vector<Vector3d> Targets(const std::string& arguments) {
     const auto run = Run("fit points.csv --json --part " + arguments);
     EXPECT_EQ(run.exit_code, 0) << arguments << ": " << run.output;
@@ -99,7 +99,7 @@ class AlignStep : public testing::Test {
   }
 
   test::TemporaryFolder folder_;
-  std::string notices_;  // of the last answer
+  std::string notices_;  // from the last answer
 };
 
 TEST_F(AlignStep, PointsEvenlyProudOfAFreeformPartComeBackWithin2MicronsAnd5Microradians) {

@@ -1,4 +1,5 @@
-// trammel align survey: pictures of a part by a camera in hand in, its targets' coordinates out.
+// trammel align survey: computes the coordinates of a part's targets from pictures by a hand-held
+// camera.
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
@@ -52,7 +53,7 @@ bool IsPicture(const fs::path& path) {
   return std::find(kEndings.begin(), kEndings.end(), ending) != kEndings.end();
 }
 
-// Files as they come; of a folder its pictures, by name.
+// Returns files in the given order; of a folder its pictures, by name.
 Result<std::vector<fs::path>> PicturesOf(const std::vector<std::string>& names) {
   std::vector<fs::path> pictures;
   for (const std::string& name : names) {
@@ -92,7 +93,7 @@ Result<procedure::SurveyReading> ReadObservations(const SurveyArguments& argumen
       paths, options, [](const std::string& line) { fmt::print(stderr, "{}\n", line); });
 }
 
-// A name that a table of points can hold.
+// Checks that a table of points can contain the name.
 Result<void> CheckSurface(const std::string& surface) {
   if (surface.find_first_of(",;\t\n\r\"#") == std::string::npos) return {};
   return Fail(

@@ -213,7 +213,7 @@ TEST_F(AlignSurvey, MeasuresAPartFromItsPictures) {
   scene.height_px = 1200;
   scene.focal_px = 1109;
   SurveyWorld world = part_alignment::test::MakeSurveyWorld(scene, 32);
-  part_alignment::test::NumberBarEnds(world, 41);  // of the 14-bit book's
+  part_alignment::test::NumberBarEnds(world, 41);  // from the 14-bit book
   const auto book = part_alignment::MakeCodeBook(14);
   ASSERT_TRUE(book);
   fs::create_directory(At("pictures"));
@@ -234,7 +234,7 @@ TEST_F(AlignSurvey, MeasuresAPartFromItsPictures) {
     EXPECT_LT(std::abs(errors.coordinates[i]), kFiveSigma * std::sqrt(survey.covariance(i, i)));
   }
   EXPECT_LT(errors.coordinates.cwiseAbs().maxCoeff(), 0.5);
-  // What was kept gives the same answer.
+  // The stored observations yield the same answer.
   const auto again = Run("--observations observations.json --scale-bars bars.json --json");
   EXPECT_EQ(json::parse(again.standard_output).at("targets"),
             json::parse(run.standard_output).at("targets"));

@@ -55,7 +55,7 @@ Result<void> SetPage(const std::string& name, SheetRequest& request) {
   return Fail(fmt::format("--page {}: must be a4, a3, letter or WIDTHxHEIGHT in mm", name));
 }
 
-/// What was printed, for programs.
+/// Returns the printed layout as JSON, for programs.
 std::string LayoutJson(const TargetSheet& sheet) {
   const SheetRequest& request = sheet.request;
   nlohmann::ordered_json json;

@@ -64,7 +64,7 @@ Result<std::unique_ptr<machine::LinuxCnc>> ConnectLinuxCnc(const LinuxCncArgumen
   const auto address = TRY(ParseLinuxCnc(arguments));
   auto linuxcnc = machine::LinuxCnc::Connect(address, stop);
   if (!linuxcnc) return linuxcnc;
-  // Before a camera is waited for: what forbids a motion is said at once.
+  // Prepares before waiting for a camera, to report at once what forbids a motion.
   TRY((*linuxcnc)->Prepare(true, stop));
   return linuxcnc;
 }

@@ -1,5 +1,4 @@
-// Options of numbers and of a machine: how LinuxCNC is reached, its travel, what stands in it, the
-// camera's size.
+// Options for numbers and for a machine: the link to LinuxCNC, travel, obstacles, camera size.
 #pragma once
 
 #include <Eigen/Core>
@@ -19,7 +18,7 @@ class App;
 
 namespace trammel::app {
 
-/// Adds a number within bounds, with what it is without the option in the help.
+/// Adds a number within bounds, with its default in the help.
 void AddNumber(CLI::App& command, const std::string& option, double& value, const std::string& help,
                double least, double most, const std::string& group = "Options");
 
@@ -32,15 +31,15 @@ struct LinuxCncArguments {
 void AddLinuxCncOptions(CLI::App& command, const std::string& option, const std::string& help,
                         LinuxCncArguments& arguments);
 
-/// Errors (kInput): an address that is none.
+/// Errors (kInput): an invalid address.
 [[nodiscard]] Result<machine::LinuxCncOptions> ParseLinuxCnc(const LinuxCncArguments& arguments);
 
-/// Connects, and takes MDI mode where nothing forbids a motion.
-/// Errors: those of ParseLinuxCnc, LinuxCnc::Connect and LinuxCnc::Prepare.
+/// Connects, and switches to MDI mode if nothing forbids a motion. Errors: those of ParseLinuxCnc,
+/// LinuxCnc::Connect and LinuxCnc::Prepare.
 [[nodiscard]] Result<std::unique_ptr<machine::LinuxCnc>> ConnectLinuxCnc(
     const LinuxCncArguments& arguments, const std::stop_token& stop);
 
-/// Where the spindle stands. Errors (kSafety): it turns; its axis C is not at `c_deg`, if any.
+/// Returns the spindle's position. Errors (kSafety): it turns; axis C, if any, is not at `c_deg`.
 [[nodiscard]] Result<Eigen::Vector3d> StandsAt(machine::LinuxCnc& linuxcnc,
                                                std::optional<double> c_deg,
                                                const std::stop_token& stop);
@@ -48,15 +47,15 @@ void AddLinuxCncOptions(CLI::App& command, const std::string& option, const std:
 struct MachineBoxArguments {
   std::vector<double> travel;     ///< six numbers, or none
   std::vector<double> obstacles;  ///< six each
-  double camera_radius_mm = 80;   ///< of what hangs in the spindle, a cylinder about its axis
-  double camera_below_mm = 0;     ///< as part_alignment::ToolLength takes it
+  double camera_radius_mm = 80;   ///< bounding cylinder of the camera, about the spindle's axis
+  double camera_below_mm = 0;     ///< as in part_alignment::ToolLength
 };
 
 /// Adds --travel, --obstacle, --camera-radius, --camera-below, in a group of the help.
 void AddMachineBoxes(CLI::App& command, MachineBoxArguments& arguments,
                      const std::string& group = "Options");
 
-/// The box of six numbers from `from` on: the least X, Y, Z and the most X, Y, Z.
+/// Returns the box of six numbers from `from` on: the minimum X, Y, Z and the maximum X, Y, Z.
 [[nodiscard]] part_alignment::MachineBox BoxOf(const std::vector<double>& n, std::size_t from);
 
 /// @returns One box for each six numbers: the least X, Y, Z and the most X, Y, Z.

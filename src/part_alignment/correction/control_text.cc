@@ -20,7 +20,7 @@ constexpr std::array<std::pair<std::string_view, Control>, 4> kControls = {{
     {"fanuc", Control::kFanuc},
 }};
 
-// Never "-0.000000", which some controls' editors do not take.
+// Formats a number, never as "-0.000000", which some controls' editors reject.
 std::string Fixed(double value, int decimals) {
   std::string text = fmt::format("{:.{}f}", value, decimals);
   if (text.find_first_not_of("-0.") == std::string::npos && text.front() == '-') text.erase(0, 1);
@@ -28,12 +28,12 @@ std::string Fixed(double value, int decimals) {
 }
 std::string Mm(double mm) { return Fixed(mm, 6); }
 std::string Deg(double rad) { return Fixed(rad * kDegrees, 9); }
-// Klartext states every sign.
+// Adds the sign that Klartext requires.
 std::string Signed(const std::string& number) {
   return number.front() == '-' ? number : "+" + number;
 }
 
-// The number behind `prefix` where there is nothing else.
+// Parses the number behind `prefix`; absent if there is more text.
 std::optional<int> NumberBehind(const std::string& text, const std::string& prefix) {
   constexpr std::size_t kMostDigits = 4;
   if (!text.starts_with(prefix)) return std::nullopt;

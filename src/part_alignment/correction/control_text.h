@@ -1,4 +1,5 @@
-// A part's pose in the words of a control: what its work offset takes, and what is left over.
+// Writes a part's pose in a control's syntax: the part that its work offset corrects, and the
+// remainder.
 #pragma once
 
 #include <Eigen/Core>
@@ -18,22 +19,22 @@ enum class Control { kLinuxCnc, kSiemens, kHeidenhain, kFanuc };
 [[nodiscard]] std::optional<Control> ParseControl(std::string_view name);
 [[nodiscard]] std::string_view ToString(Control control);
 
-/// Where a control keeps an offset: its name on the machine and its number in the command.
+/// Offset register of a control: its name on the machine and its number in the command.
 struct OffsetSlot {
   std::string name;         ///< "G54", "G54.1 P7"; Heidenhain: the preset's row, "1"
   int number = 1;           ///< the P of G10, the index of $P_UIFR, the row
   bool additional = false;  ///< Fanuc's G54.1 Pn, set by L20
 };
 
-/// LinuxCNC: G54 … G59, G59.1 … G59.3. Siemens: G54 … G57, G505 … G599. Fanuc: G54 … G59,
-/// "G54.1 P1" … "G54.1 P300". Heidenhain: a row of the preset table, 1 … 9999.
-/// Errors (kInput) name what the control knows.
+/// Parses a work offset's name. LinuxCNC: G54 … G59, G59.1 … G59.3. Siemens: G54 … G57, G505 …
+/// G599. Fanuc: G54 … G59, "G54.1 P1" … "G54.1 P300". Heidenhain: a row of the preset table, 1 …
+/// 9999. Errors (kInput) list the control's valid names.
 [[nodiscard]] Result<OffsetSlot> ParseOffsetSlot(Control control, const std::string& name);
 
 struct ControlText {
   std::vector<std::string> set;    ///< stores the offset
-  std::vector<std::string> use;    ///< what a program needs to work in it
-  std::vector<std::string> notes;  ///< what the control does with it, and what it does not take
+  std::vector<std::string> use;    ///< commands that a program needs to use it
+  std::vector<std::string> notes;  ///< effects on the control, and its limitations
 };
 
 /// @param machine_from_part  all angles are written where `tilts`, else only that about Z.

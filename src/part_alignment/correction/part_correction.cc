@@ -19,8 +19,8 @@ using geometry::Pose;
 
 constexpr double kUnitTolerance = 1e-6;
 constexpr double kFollowed_mm = 1e-3;
-// Of singular values against the largest, lengths scaled by the supports' spread: directions that
-// a workshop calls parallel.
+// Tolerance of singular values relative to the largest, lengths scaled by the supports' spread:
+// directions that a workshop calls parallel.
 constexpr double kRankTolerance = 1e-6;
 
 Result<void> Check(const Pose& pose, const std::vector<Support>& supports,
@@ -49,7 +49,7 @@ Result<void> Check(const Pose& pose, const std::vector<Support>& supports,
   return {};
 }
 
-// The ideal place of the part's origin that moves the supports least on the average.
+// Computes the ideal place of the part's origin that moves the supports least on average.
 Vector3d LeastTranslation(const Pose& measured, const Matrix3d& ideal,
                           const std::vector<Support>& supports) {
   Vector3d sum = Vector3d::Zero();
@@ -59,7 +59,7 @@ Vector3d LeastTranslation(const Pose& measured, const Matrix3d& ideal,
   return sum / static_cast<double>(supports.size());
 }
 
-// How supports answer to a small motion of the part about `centre`: shim = n · (t + w × arm).
+// Response of supports to a small motion of the part about `centre`: shim = n · (t + w × arm).
 struct SupportRows {
   Eigen::MatrixXd rows;  // one a support; columns t, then w · scale_mm
   double scale_mm = 1;
@@ -81,7 +81,7 @@ SupportRows RowsOf(const std::vector<Support>& supports, const std::vector<Vecto
   return result;
 }
 
-// Moves the part until every support's point has gone its shim along the support's direction.
+// Moves the part until every support's point has moved by its shim along the support's direction.
 Result<void> ApplyShims(const std::vector<Support>& supports, FixtureCorrection& correction) {
   constexpr int kMostSteps = 50;
   constexpr double kSettled_mm = 1e-10;

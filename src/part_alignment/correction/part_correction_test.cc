@@ -113,7 +113,7 @@ TEST(CorrectWorkOffset, StatesWhatATiltLeavesOver) {
 
 TEST(CorrectWorkOffset, IsNotGivenForAPartThatLiesOnItsFace) {
   const std::vector<PartTarget> points = {{"a", {-750, -500, 0}}, {"b", {750, 500, 0}}};
-  // What mirrored targets come to: half a turn about X.
+  // Mirrored targets result in half a turn about X.
   const auto turned = CheckTilt(CorrectWorkOffset({{1, 2, 3}, {3.1399, 0.001, 3.14}}, points));
   ASSERT_FALSE(turned);
   EXPECT_THAT(turned.error().message, HasSubstr("leans by 179.9 degrees"));

@@ -26,7 +26,7 @@ constexpr std::size_t kMostTargets = 10'000;  // seen in a view
 constexpr std::size_t kMostViews = 10'000;
 constexpr double kMostPlace_mm = 1e6;
 constexpr double kMostSigma_px = 1e3;
-constexpr std::size_t kLongestName = 1000;  // of a picture
+constexpr std::size_t kLongestName = 1000;  // of a picture's name
 
 struct NamedUnknown {
   const char* name;
@@ -50,7 +50,7 @@ constexpr std::array<NamedInput, 3> kInputs = {{
     {"clamp_tilt_rad", &InputUncertainty::clamp_tilt_rad},
     {"focal_length_mm", &InputUncertainty::focal_length_mm},
 }};
-/// Those that count with their usual size where they are not stated.
+/// Inputs that count with their usual size unless stated.
 struct NamedUsualInput {
   const char* name;
   std::optional<double> InputUncertainty::*member;
@@ -77,7 +77,7 @@ Result<std::filesystem::path> NamedFile(JsonObject& root, const char* key,
   return named;
 }
 
-// Of the file itself, or of the one that it names, without ends of scale bars that no view shows.
+// Reads the targets from the file or the one it names, without scale bar ends that no view shows.
 Result<void> ReadTargets(JsonObject& root, const std::filesystem::path& path, TargetList& list) {
   const nlohmann::json* value = root.Find("targets");
   if (value == nullptr || !value->is_string()) {
@@ -92,7 +92,7 @@ void ReadObservation(JsonObject& object, const Camera& camera, const std::set<st
                      View& view) {
   Observation seen;
   seen.target = ReadTargetId(object, "target", nullptr);
-  // The first pixel's centre is (0, 0), so that its picture begins half a pixel before it.
+  // The first pixel's centre is (0, 0), so the picture begins half a pixel before it.
   seen.column_px = object.Number("column_px", {-0.5, camera.width_px - 0.5});
   seen.row_px = object.Number("row_px", {-0.5, camera.height_px - 0.5});
   seen.sigma_px = object.Number("sigma_px", {1e-9, kMostSigma_px});
@@ -108,7 +108,7 @@ void ReadObservation(JsonObject& object, const Camera& camera, const std::set<st
   view.observations.push_back(std::move(seen));
 }
 
-// Not looked for here; empty where there is none.
+// Reads the name without checking the file; empty if there is none.
 std::string ReadPictureName(JsonObject& object) {
   const nlohmann::json* name = object.Find("picture");
   if (name == nullptr || name->is_null()) return {};

@@ -57,7 +57,7 @@ Result<std::vector<part_alignment::PartTarget>> ReadTargets(JsonObject& owner) {
   return targets;
 }
 
-/// The pose from the answers; of the details only the targets, which are no answer.
+/// Reads the pose from the answers; of the details only the targets, which are no answer.
 Result<AlignmentResult> FromKept(const measurement::Outcome& outcome, JsonObject& root,
                                  const std::string& file) {
   if (outcome.verdict() != Verdict::kGood) {
@@ -93,7 +93,7 @@ Result<AlignmentResult> FromKept(const measurement::Outcome& outcome, JsonObject
   return result;
 }
 
-/// What `align solve` prints.
+/// Reads the printed output of `align solve`.
 Result<AlignmentResult> FromPrinted(JsonObject& root, const std::string& file) {
   root.Integer("format", {1, 1});
   const std::string verdict = root.Choice("verdict", {"good", "cannot_tell", "refused"});

@@ -1,4 +1,4 @@
-// What `trammel align solve` found, and the supports of the fixture: what `align correct` reads.
+// Result of `trammel align solve` and supports of the fixture: the input of `align correct`.
 #pragma once
 
 #include <Eigen/Core>
@@ -16,21 +16,21 @@
 
 namespace trammel::files {
 
-/// Where the part is, among the answers of a kept result: mm, mm, mm, rad, rad, rad.
+/// Names of the part's pose among the answers of a stored result: mm, mm, mm, rad, rad, rad.
 inline constexpr std::array<std::string_view, 6> kPoseAnswers = {
     "part_x", "part_y", "part_z", "part_alpha", "part_beta", "part_gamma"};
 
 struct AlignmentResult {
   geometry::Pose machine_from_part;
   std::vector<part_alignment::PartTarget> targets;
-  /// k = 1, of x, y, z (mm), alpha, beta, gamma (rad).
+  /// Standard uncertainty, k = 1, of x, y, z (mm), alpha, beta, gamma (rad).
   std::optional<Eigen::Matrix<double, 6, 1>> standard_uncertainty;
   std::vector<std::string> notices;
   std::optional<measurement::Outcome> result = {};  ///< absent: what `align solve` printed
 };
 
-/// A folder's result.json, a kept result, or what `align solve` printed. Errors: kInput as for
-/// every file; kMeasurement where the verdict is not good, with its reason.
+/// Reads a folder's result.json, a stored result, or the output of `align solve`. Errors: kInput as
+/// for every file; kMeasurement if the verdict is not good, with its reason.
 [[nodiscard]] Result<AlignmentResult> ReadAlignmentResult(const std::filesystem::path& path);
 
 struct SupportsFile {

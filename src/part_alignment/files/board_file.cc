@@ -105,7 +105,7 @@ Result<void> ReadOptional(JsonObject& root, BoardMeasurement& measurement) {
   return root.Faults();
 }
 
-// What `align targets --layout` left; of other keys nothing is asked.
+// Reads the output of `align targets --layout`; ignores other keys.
 Result<void> ReadSheet(const std::filesystem::path& path, BoardFile& file) {
   const auto json = TRY(ReadJsonFile(path, kMostBytes));
   JsonObject root(json, path.string());
@@ -126,7 +126,7 @@ Result<void> ReadSheet(const std::filesystem::path& path, BoardFile& file) {
     pages.insert(page);
     file.measurement.layout.push_back({std::to_string(number->get<long long>()), {x_mm, -y_mm}});
   }
-  // Pages lie on the table as they like.
+  // The relative position of pages on the table is unknown.
   if (pages.size() > 1) file.measurement.layout.clear();
   return root.Faults();
 }

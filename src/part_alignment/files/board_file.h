@@ -1,4 +1,4 @@
-// What a camera's calibration by a board reads, and the camera file it leaves.
+// Input of a camera's calibration by a board, and the camera file it writes.
 #pragma once
 
 #include <filesystem>
@@ -10,27 +10,28 @@
 namespace trammel::files {
 
 struct BoardFile {
-  /// Views have the names of their pictures, and no observations yet.
+  /// Measurement whose views have the names of their pictures, and no observations yet.
   part_alignment::BoardMeasurement measurement;
   std::string date;  ///< YYYY-MM-DD
-  int bits = 14;     ///< of the sheet's codes
+  int bits = 14;     ///< bits per code on the sheet
 };
 
-/// BOARD.json (docs/reference/formats.md). `sheet` names what `align targets --layout` left, from
-/// the file's folder: its marks, the radius of its discs, the bits of its codes. Errors (kInput)
-/// name file and place: not JSON, a key that is missing, unknown or out of its range, a picture
-/// twice.
+/// Reads BOARD.json (docs/reference/formats.md). `sheet` is the path, relative to the file's
+/// folder, of the output of `align targets --layout`: marks, radius of the discs, bits of the
+/// codes. Errors (kInput) name file and place: not JSON, a key that is missing, unknown or out of
+/// its range, a picture twice.
 [[nodiscard]] Result<BoardFile> ReadBoardFile(const std::filesystem::path& path);
 
-/// A sheet alone, as BOARD.json names one: bits, layout and disc_radius_mm of the result.
+/// Reads a sheet alone, as BOARD.json names one: bits, layout and disc_radius_mm of the result.
 /// Errors (kInput): as of ReadBoardFile.
 [[nodiscard]] Result<BoardFile> ReadBoardSheet(const std::filesystem::path& path);
 
-/// The same as text, ended by a newline; ReadBoardFile gives every number back to the last bit.
-/// @param sheet  path of the sheet's layout from the file's folder; empty: none
+/// Writes a board file as text with a final newline; ReadBoardFile reads every number back to the
+/// last bit.
+/// @param sheet  path of the sheet's layout relative to the file's folder; empty: none
 [[nodiscard]] std::string BoardFileText(const BoardFile& board, const std::string& sheet);
 
-/// The camera file of a good calibration: readable as any other, with the covariance beside.
+/// Writes the camera file of a good calibration, readable as any other, with the covariance.
 [[nodiscard]] std::string CalibratedCameraText(const part_alignment::BoardCalibration& calibration,
                                                const std::string& date);
 

@@ -27,7 +27,7 @@ constexpr const char* kMeasuredToIdeal = "brown_measured_to_ideal";
 constexpr const char* kIdealToDistorted = "brown_ideal_to_distorted";
 constexpr double kMostPixels = 100'000;  // along one side
 constexpr double kMostTaper_mm = 10'000;
-// An angle in degrees by mistake is mostly beyond this.
+// Upper limit that mostly excludes an angle in degrees by mistake.
 constexpr double kMostAngle_rad = 2 * std::numbers::pi;
 constexpr double kMostDistance_mm = 1e6;
 
@@ -48,7 +48,7 @@ void ReadTaper(JsonObject& object, Camera& camera) {
   camera.taper_from_camera.angles_rad = {rad[0], rad[1], rad[2]};
 }
 
-// Width and height, as whole numbers. REQUIRES two of them.
+// Reads width and height, as whole numbers. REQUIRES two of them.
 void ReadWholePixels(const std::vector<double>& image_px, JsonObject& object, Camera& camera) {
   for (const double side_px : image_px) {
     if (side_px != static_cast<int>(side_px)) {
@@ -67,7 +67,7 @@ bool IsDate(const std::string& text) {
          });
 }
 
-// Absent where the file has none, and after a fault.
+// Reads the covariance; absent if the file has none, and after a fault.
 std::optional<CameraCovariance> ReadCovariance(JsonObject& object) {
   constexpr std::size_t kSize = part_alignment::kCameraParameters;
   const nlohmann::json* names = object.OptionalList("parameters", kSize, kSize);
@@ -117,7 +117,7 @@ constexpr double kMost_mm = 1e6;
 constexpr double kMostSigma_mm = 100;
 constexpr double kMostSigma_rad = 0.1;
 
-// An object within an object: `read` fills it, its faults are the outer one's.
+// Reads an object within an object: `read` fills it, the outer one records its faults.
 template <class Read>
 Result<void> Within(JsonObject& outer, const char* key, const Read& read) {
   const nlohmann::json* value = outer.Find(key);
@@ -240,7 +240,7 @@ Json CalibrationJson(const CalibrationRecord& calibration) {
 
 Result<CameraFile> ReadCameraFile(const std::filesystem::path& path) {
   constexpr std::size_t kMostBytes = 1'000'000;
-  // Many programs keep a camera's parameters, each in a convention of its own.
+  // Many programs store a camera's parameters, each in a convention of its own.
   constexpr const char* kConvert =
       "cameras of OpenCV, ROS and mrcal become one by trammel align camera FILE --out camera.json";
   const auto text = TRY(ReadWholeFile(path, kMostBytes));

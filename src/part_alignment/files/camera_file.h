@@ -1,4 +1,4 @@
-// Camera files of part alignment, and the camera object that observations carry.
+// Camera files of part alignment, and the camera object in observations.
 #pragma once
 
 #include <filesystem>
@@ -23,27 +23,27 @@ struct CameraFile {
 /// not there, not JSON, a key that is missing, unknown or out of its range.
 [[nodiscard]] Result<CameraFile> ReadCameraFile(const std::filesystem::path& path);
 
-/// The same as text, ended by a newline; ReadCameraFile gives every number back to the last bit.
+/// Writes a camera file as text with a final newline; ReadCameraFile reads every number back to the
+/// last bit.
 [[nodiscard]] std::string CameraFileText(const CameraFile& file);
 
-/// The file of a calibration that has just been made: its residuals' root mean square stands beside
-/// the record, as a key of its own.
+/// Writes the file of a new calibration. The residuals' root mean square is a key of its own beside
+/// the record.
 [[nodiscard]] std::string CalibratedCameraText(const CameraFile& file, double residual_rms_px);
 
-/// The keys of a camera object; a fault is kept in `object`, and so are keys that nobody asked for.
+/// Reads the keys of a camera object. `object` records a fault, and unknown keys.
 [[nodiscard]] part_alignment::Camera ReadCamera(JsonObject& object);
 
-/// What of a camera is given before it is calibrated: model, image_px, pixel_pitch_mm and
-/// looks_along. A fault is kept in `object`, and so are keys that nobody asked for.
+/// Reads the camera keys known before calibration: model, image_px, pixel_pitch_mm and looks_along.
+/// Records faults and unknown keys in `object`.
 void ReadCameraFrame(JsonObject& object, part_alignment::Camera& camera);
 
-/// The key `date`, YYYY-MM-DD; anything else is a fault of `object`.
+/// Reads the key `date`, YYYY-MM-DD; anything else is a fault of `object`.
 [[nodiscard]] std::string ReadDate(JsonObject& object);
 
-/// The camera object of a camera.
 [[nodiscard]] nlohmann::ordered_json CameraJson(const part_alignment::Camera& camera);
 
-/// What a camera file says of the calibration; the whole object is asked for.
+/// Reads the calibration of a camera file, which must be the whole object.
 /// Errors (kInput): a key that is missing, unknown or out of its range.
 [[nodiscard]] Result<part_alignment::CalibrationRecord> ReadCalibration(JsonObject object);
 
@@ -55,11 +55,11 @@ struct CalibrationGridFile {
   std::string date;  ///< YYYY-MM-DD
 };
 
-/// GRID.json (docs/reference/formats.md). Errors (kInput) name file and place: not JSON, a key that
-/// is missing, unknown or out of its range.
+/// Reads GRID.json (docs/reference/formats.md). Errors (kInput) name file and place: not JSON, a
+/// key that is missing, unknown or out of its range.
 [[nodiscard]] Result<CalibrationGridFile> ReadCalibrationGrid(const std::filesystem::path& path);
 
-/// The camera file of a good calibration: readable as any other, with the covariance beside.
+/// Writes the camera file of a good calibration, readable as any other, with the covariance.
 [[nodiscard]] std::string CalibratedCameraText(const part_alignment::CameraCalibration& calibration,
                                                const std::string& date);
 

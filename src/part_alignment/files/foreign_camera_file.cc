@@ -20,7 +20,7 @@ namespace {
 using nlohmann::json;
 using part_alignment::OpenCvCamera;
 
-// Numbers in whatever shape a matrix has: nested lists, {rows, cols, data}, a text of words.
+// Collects a matrix's numbers in any form: nested lists, {rows, cols, data}, a text of words.
 bool Collect(const json& value, std::vector<double>& numbers) {
   constexpr std::size_t kMost = 64;
   if (numbers.size() > kMost) return false;
@@ -58,7 +58,7 @@ struct Found {
   std::vector<double> numbers;
 };
 
-// The first of these keys that is there, with finite numbers.
+// Finds the first of these keys that exists, with finite numbers.
 Result<std::optional<Found>> Find(const json& root, const std::string& file,
                                   std::initializer_list<const char*> keys) {
   for (const char* key : keys) {
@@ -158,7 +158,7 @@ Result<void> ReadOpenCvSize(const json& root, const std::string& file, OpenCvCam
       fmt::format("{}: the picture's size (image_width, image_height) is missing: add it", file));
 }
 
-// Lower-case letters and digits alone: "Plumb Bob" and plumb_bob are one name.
+// Reduces a name to lower-case letters and digits: "Plumb Bob" and plumb_bob are one name.
 std::string Plain(const std::string& name) {
   std::string plain;
   for (const char letter : name) {
@@ -168,7 +168,7 @@ std::string Plain(const std::string& name) {
   return plain;
 }
 
-// Keys that may name the lens's model, whatever program wrote them. xi is of cv::omnidir.
+// True if a key may name the lens's model, in any program's file. xi is of cv::omnidir.
 bool MayNameModel(const std::string& plain_key) {
   if (plain_key == "xi") return true;
   for (const char* part : {"model", "fisheye", "omnidir", "distortiontype", "lenstype",
@@ -178,7 +178,7 @@ bool MayNameModel(const std::string& plain_key) {
   return false;
 }
 
-// True of the names of OpenCV's usual model, and where another one is denied (fisheye_model: 0).
+// True for the names of OpenCV's usual model, and for a denied other one (fisheye_model: 0).
 bool IsUsualModel(const std::string& plain_key, const json& value) {
   if (value.is_null()) return true;
   const bool of_other = plain_key == "xi" || plain_key.find("fisheye") != std::string::npos ||
@@ -195,8 +195,8 @@ bool IsUsualModel(const std::string& plain_key, const json& value) {
   return false;
 }
 
-// Coefficients of another model have the same number and another meaning: only known models are
-// converted.
+// Checks the model: coefficients of another model have the same number and another meaning, so only
+// known models are converted.
 Result<void> CheckModel(const json& root, const std::string& file) {
   for (const auto& [key, value] : root.items()) {
     const std::string plain_key = Plain(key);

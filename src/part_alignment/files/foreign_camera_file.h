@@ -1,4 +1,5 @@
-// Camera files of other programs: OpenCV's YAML, XML and JSON (ROS's, too), mrcal's .cameramodel.
+// Reads camera files of other programs: OpenCV's YAML, XML and JSON (ROS's, too), mrcal's
+// .cameramodel.
 #pragma once
 
 #include <filesystem>
@@ -10,9 +11,9 @@
 
 namespace trammel::files {
 
-/// Told apart by what stands in them, not by their names. mrcal's lens models are PINHOLE and
-/// OPENCV4, 5 and 8. Errors (kInput) name file and key: no camera matrix or no size of the picture,
-/// a matrix with skew, another lens model (fisheye, splined, thin prism), numbers that are none.
+/// Reads a camera file; its content, not its name, decides the format. mrcal's lens models are
+/// PINHOLE and OPENCV4, 5 and 8. Errors (kInput) name file and key: no camera matrix or picture
+/// size, a matrix with skew, another lens model (fisheye, splined, thin prism), invalid numbers.
 [[nodiscard]] Result<part_alignment::OpenCvCamera> ReadForeignCameraFile(
     const std::filesystem::path& path);
 [[nodiscard]] Result<part_alignment::OpenCvCamera> ParseForeignCamera(std::string_view text,

@@ -27,7 +27,7 @@ constexpr double kMost_mm = 1e6;
 constexpr std::size_t kMostPoints = 100'000;
 constexpr std::size_t kMostBytes = 50'000'000;
 
-// Ids may be written as numbers.
+// Reads an id, which may be written as a number.
 std::string Id(JsonObject& object, const char* key) {
   const nlohmann::json* value = object.Find(key);
   if (value != nullptr && value->is_number_integer())
@@ -35,7 +35,7 @@ std::string Id(JsonObject& object, const char* key) {
   return object.Text(key);
 }
 
-// Meshes that a part names: each is read once, however many surfaces are on it.
+// Meshes that a part names: each is read once, for any number of surfaces.
 struct NamedMeshes {
   const MeshReader& reader;
   std::filesystem::path folder;
@@ -56,7 +56,7 @@ Result<void> ReadMesh(JsonObject& object, NamedMeshes& meshes, IdealSurface& sur
   const std::tuple key(file, unit.value_or(""), may_be_open);
   auto found = meshes.read.find(key);
   if (found == meshes.read.end()) {
-    constexpr std::size_t kMostMeshes = 8;  // of up to 250 MB each
+    constexpr std::size_t kMostMeshes = 8;  // up to 250 MB each
     if (meshes.read.size() == kMostMeshes) {
       object.Fault("file",
                    fmt::format("is one more than the {} meshes that are read", kMostMeshes));
@@ -181,7 +181,7 @@ Result<std::vector<MeasuredPoint>> PointsFromJson(std::string_view text, const s
   return points;
 }
 
-// A list entry that is itself a list of so many numbers.
+// Reads a list entry that is itself a list of `count` numbers.
 std::vector<double> Row(JsonObject& root, const nlohmann::json& entry, const std::string& at,
                         std::size_t count) {
   std::vector<double> numbers;

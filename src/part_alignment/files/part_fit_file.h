@@ -1,4 +1,4 @@
-// Measured points, the ideal part, and the scene of an uncertainty budget.
+// Files of measured points, of the ideal part, and of an uncertainty budget's scene.
 #pragma once
 
 #include <filesystem>
@@ -20,22 +20,22 @@ struct PartFile {
   std::vector<part_alignment::ScaleBar> bars;
   std::optional<geometry::Pose> start;
   part_alignment::PartFitOptions options;
-  std::vector<std::string> notices;  ///< of the meshes that it names
+  std::vector<std::string> notices;  ///< about its meshes
 };
 
-/// PART.json (docs/reference/formats.md), and the meshes that it names. Errors (kInput) name file
-/// and place.
+/// Reads PART.json (docs/reference/formats.md), and the meshes that it names. Errors (kInput) name
+/// file and place.
 [[nodiscard]] Result<PartFile> ReadPartFile(const std::filesystem::path& path,
                                             const MeshReader& read_mesh);
 
-/// The list `scale_bars` of an object; none where the key is absent. Errors (kInput) name the
+/// Reads the list `scale_bars` of an object; empty if the key is absent. Errors (kInput) name the
 /// place.
 [[nodiscard]] Result<std::vector<part_alignment::ScaleBar>> ReadScaleBars(JsonObject& root);
 
-/// A table with the columns id, x_mm, y_mm, z_mm, sigma_mm and surface in any order, named in its
-/// first line; cells parted by commas, semicolons or tabs. Or JSON: {"format": 1, "points": [{"id",
-/// "at_mm", "sigma_mm", "surface"}]}. An empty surface is a coded target or a bar's end.
-/// Errors (kInput) name file and line: a column that is missing, a cell that is no number.
+/// Reads a table with the columns id, x_mm, y_mm, z_mm, sigma_mm and surface in any order, named in
+/// its first line. Commas, semicolons or tabs separate the cells. Or JSON: {"format": 1, "points":
+/// [{"id", "at_mm", "sigma_mm", "surface"}]}. An empty surface is a coded target or a bar's end.
+/// Errors (kInput) name file and line: a missing column, a cell that is no number.
 [[nodiscard]] Result<std::vector<part_alignment::MeasuredPoint>> ReadPointTable(
     const std::filesystem::path& path);
 [[nodiscard]] Result<std::vector<part_alignment::MeasuredPoint>> ParsePointTable(
@@ -47,7 +47,7 @@ struct BudgetFile {
   std::vector<part_alignment::MeasuredLength> lengths;
 };
 
-/// SCENE.json (docs/reference/formats.md). Errors (kInput) name file and place.
+/// Reads SCENE.json (docs/reference/formats.md). Errors (kInput) name file and place.
 [[nodiscard]] Result<BudgetFile> ReadBudgetFile(const std::filesystem::path& path);
 
 }  // namespace trammel::files

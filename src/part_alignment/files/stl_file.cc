@@ -75,12 +75,12 @@ bool SameWord(std::string_view a, std::string_view lower) {
          });
 }
 
-// The words of a text, one after the other.
+// Splits a text into words, in order.
 class Words {
  public:
   Words(std::string_view text, const std::string& file) : text_(text), file_(file) {}
 
-  // Empty at the end.
+  // Returns the next word; empty at the end.
   std::string_view Next() {
     while (at_ < text_.size() && IsSpace(text_[at_])) ++at_;
     const std::size_t begin = at_;
@@ -134,7 +134,8 @@ Result<Vector3d> Three(Words& words) {
   return three;
 }
 
-// Behind "facet". Normals are words alone: some programs write "nan" for that of a narrow triangle.
+// Reads a triangle behind "facet". Skips normals as words: some programs write "nan" for that of a
+// narrow triangle.
 Result<Triangle> Facet(Words& words, VertexWeld& weld, double mm_per_unit) {
   TRY(words.Expect("normal"));
   for (int i = 0; i < 3; ++i) words.Next();
@@ -163,7 +164,7 @@ Result<TriangleMesh> ParseText(std::string_view text, const std::string& file, d
     if (word.empty() && !within) break;
     if (!within && SameWord(word, "solid")) {
       within = true;
-      words.SkipLine();  // its name
+      words.SkipLine();  // solid's name
     } else if (within && SameWord(word, "endsolid")) {
       within = false;
       words.SkipLine();
@@ -238,8 +239,8 @@ std::size_t StlTrailingBytes(std::string_view bytes) {
   const std::size_t stated = kTriangleBytes * Word(bytes, kHeaderBytes - 4);
   if (bytes.size() <= kHeaderBytes + stated) return 0;
   const std::size_t trailing = bytes.size() - kHeaderBytes - stated;
-  // Whole triangles are some that the file does not count, and a file that states none states
-  // nothing of what is behind.
+  // Whole triangles are ones that the file does not count, and a file that states none states
+  // nothing about the rest.
   return trailing < stated && trailing % kTriangleBytes != 0 ? trailing : 0;
 }
 

@@ -1,4 +1,4 @@
-// A part's surface as triangles from STL, or from any CAD format that a reader knows.
+// Reads a part's surface as triangles from STL, or from any CAD format that has a reader.
 #pragma once
 
 #include <cstddef>
@@ -16,7 +16,7 @@
 
 namespace trammel::files {
 
-/// Of lengths in a file that states none.
+/// Unit of lengths in a file that states none.
 struct LengthUnit {
   std::string_view name;
   double mm = 1;
@@ -30,9 +30,9 @@ struct MeshFile {
   std::vector<std::string> notices;  ///< unit and size, and what was mended; each names the file
 };
 
-/// The solid of the triangles of a file (MakeSolid), whose errors name it.
-/// @param open  whether the shell may be open.
-/// @param read  ends the notice of its size: "read in inch".
+/// Makes the solid of a file's triangles (MakeSolid); errors name the file.
+/// @param open  true: the shell may be open.
+/// @param read  end of the notice of its size: "read in inch".
 [[nodiscard]] Result<MeshFile> MakeMeshFile(const std::filesystem::path& path,
                                             part_alignment::TriangleMesh triangles, bool open,
                                             const std::string& read);
@@ -41,22 +41,23 @@ struct MeshFile {
 using MeshReader = std::function<Result<MeshFile>(
     const std::filesystem::path& path, const std::optional<LengthUnit>& unit, bool open)>;
 
-/// Triangles of a binary or an ASCII STL, in mm, equal corners welded; which of the two it is the
-/// content tells, whatever its first word says. Normals and attributes are not read, nor is what
-/// some programs write behind the last triangle (StlTrailingBytes).
+/// Reads the triangles of a binary or an ASCII STL, in mm, and welds equal corners. The content
+/// decides which of the two it is, whatever its first word. Skips normals, attributes and bytes
+/// behind the last triangle (StlTrailingBytes), which some programs write.
 /// Errors (kInput) name file, place and remedy: neither of the two, cut short, more triangles than
-/// it states, more than kMostTriangles, a number that is none or not finite.
+/// it states, more than kMostTriangles, a number that is invalid or not finite.
 [[nodiscard]] Result<part_alignment::TriangleMesh> ParseStl(std::string_view bytes,
                                                             const std::string& file,
                                                             double mm_per_unit);
 
-/// Bytes behind the last triangle of a binary STL, which are less than the triangles and no whole
-/// number of them; 0 for any other file.
+/// Counts the bytes behind the last triangle of a binary STL: fewer than the triangles, and no
+/// whole number of them. 0 for any other file.
 [[nodiscard]] std::size_t StlTrailingBytes(std::string_view bytes);
 
-/// A solid from a file (MakeSolid). Files beyond 84 + 50 · kMostTriangles bytes are refused unread.
-/// @param unit  absent: mm, which a notice says.
-/// @param open  whether the shell may be open.
+/// Reads a solid from a file (MakeSolid). Refuses files beyond 84 + 50 · kMostTriangles bytes
+/// unread.
+/// @param unit  absent: mm, with a notice.
+/// @param open  true: the shell may be open.
 [[nodiscard]] Result<MeshFile> ReadMeshFile(const std::filesystem::path& path,
                                             const std::optional<LengthUnit>& unit, bool open);
 

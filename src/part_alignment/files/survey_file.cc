@@ -21,11 +21,11 @@ using part_alignment::SurveyPicture;
 
 constexpr std::size_t kMostBytes = 100'000'000;
 constexpr std::size_t kMostPictures = 10'000;
-constexpr std::size_t kMostObservations = 10'000;  // of a picture
+constexpr std::size_t kMostObservations = 10'000;  // per picture
 constexpr double kMost_px = 1e6;
 constexpr double kMostTurn = 7;  // rad: a full one and a little
 
-// The outline of a disc about this centre, where there is one.
+// Reads the outline of a disc about this centre, if there is one.
 std::optional<ImageEllipse> ReadDisc(JsonObject& object, double column_px, double row_px) {
   if (!object.has("disc_px")) return std::nullopt;
   const auto axes = object.Numbers("disc_px", 2, 2, {0, kMost_px});

@@ -1,4 +1,4 @@
-// What the pictures of a survey showed, to be kept and read again.
+// Observations of a survey, written to a file and read again.
 #pragma once
 
 #include <filesystem>
@@ -18,12 +18,13 @@ namespace trammel::files {
 [[nodiscard]] Result<std::vector<part_alignment::SurveyPicture>> ReadSurveyFile(
     const std::filesystem::path& path);
 
-/// The same as text, ended by a newline; ReadSurveyFile gives every number back to the last bit.
+/// Writes a survey file as text with a final newline; ReadSurveyFile reads every number back to the
+/// last bit.
 [[nodiscard]] std::string SurveyFileText(
     const std::vector<part_alignment::SurveyPicture>& pictures);
 
-/// The list `scale_bars` of a file, of PART.json too: other keys are not looked at.
-/// Errors (kInput): no such list; a bar that has none of its four keys or a number out of range.
+/// Reads the list `scale_bars` of a file, also of PART.json: other keys are skipped. Errors
+/// (kInput): no such list; a bar that lacks one of its four keys or has a number out of range.
 [[nodiscard]] Result<std::vector<part_alignment::ScaleBar>> ReadScaleBarFile(
     const std::filesystem::path& path);
 

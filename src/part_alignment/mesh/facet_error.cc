@@ -18,8 +18,8 @@ double HeightOver(const MeshDistance& mesh, std::uint32_t triangle, double edge_
   return AreaVector(mesh.mesh(), mesh.mesh().triangles[triangle]).norm() / edge_mm;
 }
 
-// The bend across the edge from corner k to the next, above 0 where the solid is convex; 0 at a
-// rim.
+// Computes the bend across the edge from corner k to the next, above 0 where the solid is convex; 0
+// at a rim.
 double EdgeBend_rad(const MeshDistance& mesh, std::uint32_t triangle, int corner) {
   const auto k = static_cast<std::size_t>(corner);
   const std::uint32_t other = mesh.NeighboursOf(triangle)[k];
@@ -34,7 +34,7 @@ double EdgeBend_rad(const MeshDistance& mesh, std::uint32_t triangle, int corner
 }
 
 struct Bends {
-  std::array<double, 3> middle_mm{};  // of the quadratic surface over the middles of the edges
+  std::array<double, 3> middle_mm{};  // quadratic surface above the middles of the edges
   FacetError error;
 };
 
@@ -52,7 +52,7 @@ Bends BendsOf(const MeshDistance& mesh, std::uint32_t triangle) {
         (mesh.mesh().vertices_mm[corners[(at + 1) % 3]] - mesh.mesh().vertices_mm[corners[at]])
             .norm();
     const double own_mm = HeightOver(mesh, triangle, edge_mm);
-    // A flat face beside a round of narrow strips is no more bent than those are.
+    // A flat face beside a round of narrow strips is bent no more than the strips.
     const double height_mm = std::min(own_mm, HeightOver(mesh, other, edge_mm));
     lift[at] = bend * height_mm;
     bends.error.tilt_rad = std::max(bends.error.tilt_rad, std::abs(bend) / 2 * height_mm / own_mm);
@@ -85,16 +85,16 @@ FacetError FacetErrorOf(const MeshDistance& mesh, std::uint32_t triangle) {
 
 namespace {
 
-/// The quadratic surface over a triangle and beyond its edges.
+/// Quadratic surface over a triangle and beyond its edges.
 struct SmoothLift {
   double mm = 0;      ///< above 0 outside the triangle
-  Vector3d gradient;  ///< of it, along the triangle
+  Vector3d gradient;  ///< lift's gradient, along the triangle
 };
 
 struct LiftedTriangle {
   std::array<double, 3> middle_mm{};
   std::array<Vector3d, 3> from_mm;   // a place where share k is 0
-  std::array<Vector3d, 3> by_place;  // of the shares
+  std::array<Vector3d, 3> by_place;  // gradient of the shares
 
   [[nodiscard]] double Share(std::size_t k, const Vector3d& at) const {
     return by_place[k].dot(at - from_mm[k]);
@@ -125,7 +125,8 @@ std::optional<LiftedTriangle> Lifted(const MeshDistance& mesh, std::uint32_t tri
   return lifted;
 }
 
-// The edge on which a place of the triangle lies, by its first corner; none inside of it.
+// Finds the edge that contains a point of the triangle, by its first corner; none for an interior
+// point.
 std::optional<int> EdgeUnder(const MeshDistance& mesh, std::uint32_t triangle, const Vector3d& at) {
   const Triangle& corners = mesh.mesh().triangles[triangle];
   std::optional<int> edge;
@@ -144,7 +145,7 @@ std::optional<int> EdgeUnder(const MeshDistance& mesh, std::uint32_t triangle, c
   return edge;
 }
 
-// Whether a place of the triangle is a corner at which a sharp edge ends, or a rim.
+// True if `at` is a corner of the triangle where a sharp edge ends, or at a rim.
 bool OverSharpVertex(const MeshDistance& mesh, std::uint32_t triangle, const Vector3d& at) {
   const std::vector<Triangle>& triangles = mesh.mesh().triangles;
   for (const std::uint32_t vertex : triangles[triangle]) {
@@ -172,8 +173,8 @@ SmoothLift SmoothLiftAt(const MeshDistance& mesh, std::uint32_t triangle, const 
   return lifted->At(share);
 }
 
-// Of a point over a sharp edge: both faces move it, each along its normal, and so much of that lies
-// along the point's way from it.
+// Computes the lift of a point over a sharp edge: both faces move the edge, each along its normal.
+// Their components along the point's direction from it count.
 double LiftOfEdge(const MeshDistance& mesh, const SurfaceDistance& distance, std::uint32_t other) {
   const Vector3d normal = mesh.FaceNormal(distance.triangle);
   const Vector3d beyond = mesh.FaceNormal(other);
@@ -207,8 +208,8 @@ SmoothDistance SmoothDistanceAt(const MeshDistance& mesh, const SurfaceDistance&
   }
   const auto lifted = Lifted(mesh, triangle);
   if (!lifted) return plain;
-  // In coordinates of the triangle: a place x of its plane, the surface at height h(x) over it, and
-  // the point at height d over x0. The nearest place is where x - x0 = (d - h) h'.
+  // In coordinates of the triangle: x in its plane, the surface at height h(x), and the point at
+  // height d over x0. The nearest point satisfies x - x0 = (d - h) h'.
   const double d = normal.dot(p_mm - lifted->from_mm[0]);
   const Vector3d x0 = p_mm - d * normal;
   const Vector3d e1 = normal.unitOrthogonal();
@@ -221,7 +222,7 @@ SmoothDistance SmoothDistanceAt(const MeshDistance& mesh, const SurfaceDistance&
     const Eigen::Vector2d b = plane.transpose() * lifted->by_place[(k + 1) % 3];
     bent += 4 * lifted->middle_mm[k] * (a * b.transpose() + b * a.transpose());
   }
-  Eigen::Vector2d x = Eigen::Vector2d::Zero();  // from x0
+  Eigen::Vector2d x = Eigen::Vector2d::Zero();  // offset from x0
   constexpr int kRounds = 6;
   for (int round = 0;; ++round) {
     const Vector3d at = x0 + plane * x;
@@ -239,7 +240,7 @@ SmoothDistance SmoothDistanceAt(const MeshDistance& mesh, const SurfaceDistance&
     }
     const Eigen::Matrix2d by_x =
         Eigen::Matrix2d::Identity() + slope * slope.transpose() - above * bent;
-    constexpr double kUnclear = 0.05;  // as far from a hollow surface as its middle
+    constexpr double kUnclear = 0.05;  // near the centre of curvature of a hollow surface
     if (!(by_x.determinant() > kUnclear)) break;
     x -= by_x.inverse() * miss;
   }

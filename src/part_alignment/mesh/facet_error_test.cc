@@ -26,7 +26,7 @@ FacetError WorstOf(const MeshDistance& mesh) {
   return worst;
 }
 
-// What a facet's middle and its edges' middles lack to the sphere.
+// Returns the largest sagitta of the facets' and edges' middles below the sphere.
 double TrueSagitta(const TriangleMesh& mesh, double radius_mm) {
   double most = 0;
   for (const Triangle& t : mesh.triangles) {

@@ -17,7 +17,7 @@ using enum TriangleFeature;
 
 struct BoxTree {
   std::vector<BoxNode> nodes;           ///< the first is the root
-  std::vector<std::uint32_t> triangle;  ///< in the leaves' order: the mesh's own number
+  std::vector<std::uint32_t> triangle;  ///< mesh's triangle number, in the order of the leaves
 };
 
 struct Centre {
@@ -70,7 +70,7 @@ void BoundLeaf(const TriangleMesh& mesh, const BoxTree& tree, BoxNode& node) {
   }
 }
 
-// Children stand behind their parents.
+// Children follow their parents.
 void BoundAll(const TriangleMesh& mesh, BoxTree& tree) {
   for (std::size_t i = tree.nodes.size(); i-- > 0;) {
     BoxNode& node = tree.nodes[i];
@@ -87,8 +87,8 @@ void BoundAll(const TriangleMesh& mesh, BoxTree& tree) {
   }
 }
 
-/// Split at the median of the longest side: as deep as the logarithm of the count, for any mesh.
-/// REQUIRES finite vertices. Cost: 0.3 s for a million triangles.
+/// Builds a tree by splits at the median of the longest side: its depth is the logarithm of the
+/// count, for any mesh. REQUIRES finite vertices. Cost: 0.3 s for a million triangles.
 BoxTree BuildBoxTree(const TriangleMesh& mesh) {
   constexpr std::size_t kMostInLeaf = 4;
   BoxTree tree;
@@ -127,7 +127,7 @@ BoxTree BuildBoxTree(const TriangleMesh& mesh) {
   return tree;
 }
 
-/// Of a point from a box; 0 inside.
+/// Computes a point's squared distance from a box; 0 inside.
 double SquaredDistance(const BoxNode& node, const Eigen::Vector3d& p_mm) {
   double sum = 0;
   for (std::size_t i = 0; i < 3; ++i) {
@@ -140,7 +140,7 @@ double SquaredDistance(const BoxNode& node, const Eigen::Vector3d& p_mm) {
   return sum;
 }
 
-// Of a triangle without area: the nearest of its edges.
+// Finds the nearest point of the edges, for a triangle without area.
 NearestOnTriangle NearestOfEdges(const Vector3d& p, const std::array<Vector3d, 3>& corners) {
   NearestOnTriangle nearest{corners[0], kCorner0};
   double least = std::numeric_limits<double>::infinity();
@@ -164,7 +164,7 @@ NearestOnTriangle NearestOfEdges(const Vector3d& p, const std::array<Vector3d, 3
   return nearest;
 }
 
-// Vertices in the order in which the leaves come to them, without those that no triangle has.
+// Reorders vertices by the order of the leaves, without those that no triangle has.
 void RenumberVertices(TriangleMesh& mesh) {
   std::vector<std::uint32_t> number(mesh.vertices_mm.size(), kNoTriangle);
   std::vector<Vector3d> vertices_mm;
@@ -246,7 +246,7 @@ void MeshDistance::FindNormals() {
   double most_mm = 0;
   for (const Vector3d& at : mesh_.vertices_mm)
     most_mm = std::max(most_mm, at.cwiseAbs().maxCoeff());
-  // Numbers of 32 bits leave a height below some of their roundings undetermined.
+  // 32-bit numbers do not determine a height below some of their roundings.
   const double least_height_mm = 4 * 6e-8 * most_mm;
   const std::size_t n = mesh_.triangles.size();
   normals_.resize(n);
@@ -352,7 +352,7 @@ SurfaceDistance MeshDistance::At(const Vector3d& p_mm) const {
   const double distance = std::sqrt(least2);
   const double sign = off.dot(pseudo) < 0 ? -1 : 1;
   SurfaceDistance result{sign * distance, pseudo, nearest.at_mm, at, AtRim(at, feature)};
-  // Nearer than its rounding allows, the difference has no direction.
+  // Within its rounding, the difference has no direction.
   const double rounding_mm = 1e-9 * (1 + p_mm.cwiseAbs().maxCoeff());
   if (distance > rounding_mm) result.outward = sign / distance * off;
   if (nearest.feature == TriangleFeature::kFace) result.outward = normals_[at];

@@ -1,4 +1,4 @@
-// Signed distance from a solid or an open shell, by a tree of boxes.
+// Computes the signed distance from a solid or an open shell, by a tree of boxes.
 #pragma once
 
 #include <Eigen/Core>
@@ -12,16 +12,16 @@
 
 namespace trammel::part_alignment {
 
-/// Of a tree of boxes about triangles.
+/// Node of a tree of boxes about triangles.
 struct BoxNode {
   std::array<float, 3> low_mm{};  ///< rounded outwards
   std::array<float, 3> high_mm{};
-  /// A leaf's first triangle; otherwise the first of two inner nodes side by side.
+  /// First triangle of a leaf; otherwise the first of two adjacent inner nodes.
   std::uint32_t first = 0;
-  std::uint32_t triangles = 0;  ///< of a leaf; 0: an inner node
+  std::uint32_t triangles = 0;  ///< count in a leaf; 0: an inner node
 };
 
-/// Where on the triangle: inside, on the edge from corner k to the next, at corner k.
+/// Feature of a triangle: face, edge from corner k to the next, or corner k.
 enum class TriangleFeature { kFace, kEdge0, kEdge1, kEdge2, kCorner0, kCorner1, kCorner2 };
 
 struct NearestOnTriangle {
@@ -29,32 +29,33 @@ struct NearestOnTriangle {
   TriangleFeature feature = TriangleFeature::kFace;
 };
 
-/// By the regions of Voronoi that the edges make (Ericson, Real-Time Collision Detection, 2005,
-/// chapter 5.1.5).
-/// @param flat  the corners lie in one line to the rounding of their numbers: only edges and
-///              corners are looked at.
+/// Finds the nearest point by the Voronoi regions of the edges (Ericson, Real-Time Collision
+/// Detection, 2005, chapter 5.1.5).
+/// @param flat  the corners are in one line to the rounding of their numbers: only edges and
+/// corners are checked.
 [[nodiscard]] NearestOnTriangle NearestPoint(const Eigen::Vector3d& p_mm, const Eigen::Vector3d& a,
                                              const Eigen::Vector3d& b, const Eigen::Vector3d& c,
                                              bool flat);
 
 struct SurfaceDistance {
   double mm = 0;               ///< above 0 outside
-  Eigen::Vector3d outward;     ///< of length 1; the distance's gradient
-  Eigen::Vector3d nearest_mm;  ///< on the surface
+  Eigen::Vector3d outward;     ///< unit vector; the distance's gradient
+  Eigen::Vector3d nearest_mm;  ///< surface point
   std::uint32_t triangle = 0;
-  /// Nearest to the rim of an open shell, where no inside can be told from no outside.
+  /// True if the nearest point is on the rim of an open shell, where inside and outside are
+  /// undefined.
   bool at_rim = false;
 };
 
-/// Distances by a tree of boxes, with their sign from the angle-weighted pseudo-normal of the
-/// nearest face, edge or vertex (Baerentzen & Aanaes, IEEE Trans. Vis. Comput. Graph. 11, 2005),
-/// which is right everywhere for closed solids that do not cross themselves.
+/// Computes distances by a tree of boxes. The sign is that of the angle-weighted pseudo-normal of
+/// the nearest face, edge or vertex (Baerentzen & Aanaes, IEEE Trans. Vis. Comput. Graph. 11,
+/// 2005), which is right everywhere for closed solids that do not cross themselves.
 class MeshDistance {
  public:
   explicit MeshDistance(SolidMesh solid);
 
-  /// Accuracy: 1e-12 of the coordinates' size. Cost: 10 us among a million triangles. Safe from
-  /// several threads.
+  /// Computes the distance at a point. Accuracy: 1e-12 of the coordinates' size. Cost: 10 us among
+  /// a million triangles. Thread-safe.
   [[nodiscard]] SurfaceDistance At(const Eigen::Vector3d& p_mm) const;
 
   [[nodiscard]] const TriangleMesh& mesh() const { return mesh_; }
@@ -65,8 +66,8 @@ class MeshDistance {
   [[nodiscard]] Eigen::Vector3d FaceNormal(std::uint32_t triangle) const {
     return normals_[triangle];
   }
-  /// Corners in one line to the rounding of their numbers: its own normal says nothing, the one
-  /// that it has is its neighbours'.
+  /// True if the corners are collinear to their rounding. The triangle's own normal is meaningless
+  /// then, and its neighbours' is used.
   [[nodiscard]] bool IsSliver(std::uint32_t triangle) const { return sliver_[triangle]; }
   [[nodiscard]] std::size_t slivers() const { return slivers_; }
 
@@ -79,7 +80,7 @@ class MeshDistance {
   TriangleMesh mesh_;  // triangles in the order of the leaves
   std::vector<std::array<std::uint32_t, 3>> neighbours_;
   std::vector<BoxNode> nodes_;
-  std::vector<Eigen::Vector3d> normals_;         // of triangles, of length 1
+  std::vector<Eigen::Vector3d> normals_;         // unit normals of the triangles
   std::vector<Eigen::Vector3d> vertex_normals_;  // not normalised
   std::vector<bool> sliver_;
   std::vector<bool> rim_vertex_;

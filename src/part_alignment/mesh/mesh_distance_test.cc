@@ -21,7 +21,7 @@ MeshDistance DistanceOf(TriangleMesh mesh, bool open = false) {
   return MeshDistance(std::move(*solid));
 }
 
-// Of a box about the origin, in closed form.
+// Computes the distance from a box about the origin, in closed form.
 double BoxDistance(const Vector3d& half_mm, const Vector3d& p) {
   const Vector3d off = p.cwiseAbs() - half_mm;
   return off.cwiseMax(0).norm() + std::min(0.0, off.maxCoeff());
@@ -31,7 +31,7 @@ Vector3d Drawn(Random& random, double most) {
   return {random.Uniform(-most, most), random.Uniform(-most, most), random.Uniform(-most, most)};
 }
 
-// How often a closed surface goes around a point: 1 inside, 0 outside, by solid angles (Van
+// Computes the winding number of a closed surface: 1 inside, 0 outside, by solid angles (Van
 // Oosterom & Strackee 1983).
 double WindingNumber(const TriangleMesh& mesh, const Vector3d& p) {
   double sum = 0;
@@ -116,7 +116,7 @@ TEST(MeshDistance, OutwardIsTheDistancesGradient) {
 
 TEST(MeshDistance, TheRimOfAnOpenShellIsTold) {
   TriangleMesh lid = test::BoxMesh({40, 40, 40});
-  lid.triangles.resize(10);  // without its upper side
+  lid.triangles.resize(10);  // top removed
   const MeshDistance distance = DistanceOf(lid, true);
   EXPECT_TRUE(distance.open());
   EXPECT_FALSE(distance.At({45, 0, 0}).at_rim);

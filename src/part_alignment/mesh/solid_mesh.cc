@@ -47,7 +47,7 @@ Result<void> CheckNumbers(const TriangleMesh& mesh) {
   return {};
 }
 
-// Those of two equal corners: nothing but their neighbours' edges is lost with them.
+// Drops triangles of two equal corners; only their neighbours' edges are lost with them.
 std::size_t LeaveOutCollapsed(TriangleMesh& mesh) {
   const auto collapsed = [](const Triangle& triangle) {
     return triangle[0] == triangle[1] || triangle[1] == triangle[2] || triangle[2] == triangle[0];
@@ -62,7 +62,7 @@ std::size_t LeaveOutCollapsed(TriangleMesh& mesh) {
   return std::erase_if(mesh.triangles, collapsed);
 }
 
-// Joins vertices of the rim that agree to the rounding of 32-bit numbers. True where any were.
+// Joins vertices of the rim that agree to the rounding of 32-bit numbers. True if any were joined.
 bool JoinRim(TriangleMesh& mesh, const std::vector<MeshEdge>& rim) {
   std::vector<std::uint32_t> on_rim;
   double most_mm = 0;
@@ -84,7 +84,7 @@ bool JoinRim(TriangleMesh& mesh, const std::vector<MeshEdge>& rim) {
   std::vector<std::uint32_t> joined(mesh.vertices_mm.size());
   std::iota(joined.begin(), joined.end(), 0U);
   bool any = false;
-  constexpr std::size_t kMostNear = 200;  // of equal x: time is bounded
+  constexpr std::size_t kMostNear = 200;  // with equal x: bounds the time
   for (std::size_t i = 0; i < on_rim.size(); ++i) {
     const Vector3d& at = mesh.vertices_mm[on_rim[i]];
     for (std::size_t j = i + 1; j < std::min(on_rim.size(), i + kMostNear); ++j) {
@@ -143,7 +143,8 @@ std::string Size(const MeshPart& part) {
                      Place((part.low_mm + part.high_mm) / 2));
 }
 
-// One solid: a closed part, and in it only what faces the other way, its cavities.
+// Checks for one solid: a closed part that contains only parts of opposite orientation, its
+// cavities.
 Result<void> OneSolid(SolidMesh& solid, const std::vector<MeshPart>& parts) {
   const auto outer =
       std::max_element(parts.begin(), parts.end(), [](const MeshPart& a, const MeshPart& b) {

@@ -1,4 +1,4 @@
-// A mesh that tells inside from outside.
+// Mesh with a defined inside and outside.
 #pragma once
 
 #include <array>
@@ -11,23 +11,24 @@
 
 namespace trammel::part_alignment {
 
-/// One closed solid, cavities and all, or an open shell; all triangles turned alike.
+/// One closed solid with its cavities, or an open shell; all triangles are oriented alike.
 struct SolidMesh {
   TriangleMesh mesh;
-  /// Across the edge from corner k to the next; kNoTriangle (mesh_topology.h) at a shell's rim.
+  /// Neighbour across the edge from corner k to the next; kNoTriangle (mesh_topology.h) at a
+  /// shell's rim.
   std::vector<std::array<std::uint32_t, 3>> neighbours;
   bool open = false;
-  std::vector<std::string> notices;  ///< what was mended
+  std::vector<std::string> notices;  ///< repairs that were made
 };
 
-/// Mends what has one meaning only: triangles of two equal corners are left out, rims that agree
-/// to the rounding of 32-bit numbers are joined, triangles that are turned otherwise than their
-/// neighbours are turned, a solid that is inside out is turned.
-/// REQUIRES lifts for all triangles or for none.
-/// @param open  whether rims may be left; outside is then where most triangles face.
+/// Makes a solid, and repairs faults of a single meaning: drops triangles of two equal corners,
+/// joins rims that agree to the rounding of 32-bit numbers, turns triangles that are oriented
+/// otherwise than their neighbours, turns a solid that is inside out. REQUIRES lifts for all
+/// triangles or for none.
+/// @param open  true: rims may remain; outside is then where most triangles face.
 /// Errors (kInput) name count and place: no triangles, too many, numbers that are not finite or
-/// beyond 1e6 mm, a shell that is open, edges of more than two triangles, several solids, a
-/// surface with one side. Self-intersections are not looked for.
+/// beyond 1e6 mm, a shell that is open, edges of more than two triangles, several solids, a surface
+/// with one side. Self-intersections are not checked.
 [[nodiscard]] Result<SolidMesh> MakeSolid(TriangleMesh mesh, bool open);
 
 }  // namespace trammel::part_alignment

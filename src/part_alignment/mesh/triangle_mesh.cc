@@ -25,7 +25,7 @@ std::uint64_t HashOf(const Eigen::Vector3d& at_mm) {
   return hash;
 }
 
-// An edge at its lower vertex.
+// Edge, stored at its lower vertex.
 struct HalfEdge {
   std::uint32_t higher = 0;
   std::uint32_t triangle = 0;
@@ -48,7 +48,7 @@ void Join(const std::vector<HalfEdge>& edges, std::size_t first, std::size_t las
 
 constexpr std::uint32_t kNoPart = kNoTriangle;
 
-// Walks over one part from its first triangle. `against`: turned otherwise than that one.
+// Walks over one part from its first triangle. `against`: orientation opposite to that one.
 void Walk(const TriangleMesh& mesh, const Neighbours& neighbours, std::uint32_t first,
           std::vector<bool>& against, MeshParts& found) {
   const auto part = static_cast<std::uint32_t>(found.parts.size());
@@ -87,7 +87,7 @@ void Measure(const TriangleMesh& mesh, MeshParts& found) {
       part.low_mm = part.low_mm.cwiseMin(mesh.vertices_mm[v]);
       part.high_mm = part.high_mm.cwiseMax(mesh.vertices_mm[v]);
     }
-    // About a place of its own, so that a part far from the origin keeps its digits.
+    // Relative to a point of its own, so that a part far from the origin retains its digits.
     const Vector3d at = mesh.vertices_mm[triangle[0]] - *first;
     part.volume_mm3 += AreaVector(mesh, triangle).dot(at) / 6;
   }

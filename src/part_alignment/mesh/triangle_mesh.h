@@ -1,4 +1,4 @@
-// A surface as triangles: welded corners, neighbours and connected parts.
+// Surface as triangles: welded corners, neighbours and connected parts.
 #pragma once
 
 #include <Eigen/Core>
@@ -12,27 +12,27 @@
 
 namespace trammel::part_alignment {
 
-/// Three vertices, counter-clockwise seen from outside.
+/// Vertices of a triangle, counter-clockwise seen from outside.
 using Triangle = std::array<std::uint32_t, 3>;
 
-/// How far the part's own surface stands out of a triangle whose corners lie on it.
+/// Height of the part's own surface over a triangle whose corners are on it.
 struct TriangleLift {
-  /// Over the middle of the edge from corner k to the next, above 0 outside.
+  /// Height over the middle of the edge from corner k to the next, above 0 outside.
   std::array<float, 3> middle_mm{};
-  float left_mm = 0;  ///< what the quadratic surface through corners and middles misses, at most
+  float left_mm = 0;  ///< maximum error of the quadratic surface through corners and middles
 };
 
 struct TriangleMesh {
   std::vector<Eigen::Vector3d> vertices_mm;
   std::vector<Triangle> triangles;
-  /// One for each triangle; none where nothing but the triangles is known.
+  /// Lift of each triangle; empty if only the triangles are known.
   std::vector<TriangleLift> lifts = {};
 };
 
-/// The most that is read: 250 MB of a binary STL, some 0.9 GB of memory while it is.
+/// Maximum number of triangles read: 250 MB of a binary STL, some 0.9 GB of memory meanwhile.
 inline constexpr std::size_t kMostTriangles = 5'000'000;
 
-/// Twice its area times its unit normal, by the right hand.
+/// Returns twice the triangle's area times its unit normal, by the right hand.
 [[nodiscard]] inline Eigen::Vector3d AreaVector(const TriangleMesh& mesh,
                                                 const Triangle& triangle) {
   const Eigen::Vector3d& a = mesh.vertices_mm[triangle[0]];
@@ -42,8 +42,8 @@ inline constexpr std::size_t kMostTriangles = 5'000'000;
           u.x() * v.y() - u.y() * v.x()};
 }
 
-/// Numbers places in the order in which they first come; equal ones (to the last bit, -0 as 0) get
-/// one number. Time is bounded for any input: where hashes collide more often than chance has it,
+/// Numbers places in the order of their first appearance. Equal places (to the last bit, -0 as 0)
+/// share a number. Time is bounded for any input: where hashes collide more often than by chance,
 /// equal places may get numbers of their own.
 class VertexWeld {
  public:
@@ -60,17 +60,17 @@ class VertexWeld {
 
 inline constexpr std::uint32_t kNoTriangle = std::numeric_limits<std::uint32_t>::max();
 
-/// An edge by one of its triangles: from its corner `corner` to the next.
+/// Edge of a triangle: from its corner `corner` to the next.
 struct MeshEdge {
   std::uint32_t triangle = 0;
   int corner = 0;
 };
 
 struct MeshTopology {
-  /// For each triangle the one across its edge from corner k to the next; kNoTriangle at a rim.
+  /// Neighbours of each triangle across its edge from corner k to the next; kNoTriangle at a rim.
   std::vector<std::array<std::uint32_t, 3>> neighbours;
   std::vector<MeshEdge> rim;  ///< edges of one triangle only
-  /// Edges of more than two triangles, each once.
+  /// Edges of more than two triangles, each listed once.
   std::vector<MeshEdge> crowded;
 };
 
@@ -78,13 +78,13 @@ struct MeshTopology {
 /// Cost: n log n for any mesh, 0.2 s for a million triangles.
 [[nodiscard]] MeshTopology TopologyOf(const TriangleMesh& mesh);
 
-/// Of two triangles with a common edge: whether both run along it in one direction, so that one of
-/// them is the other way round. REQUIRES neighbours.
+/// True if two triangles run along their common edge in one direction, so that one is reversed.
+/// REQUIRES neighbours.
 [[nodiscard]] bool SameDirection(const Triangle& a, int corner, const Triangle& b);
 
 struct MeshPart {
   std::size_t triangles = 0;
-  std::size_t turned = 0;  ///< that were the other way round than most of the part
+  std::size_t turned = 0;  ///< triangles flipped to match most of the part
   double volume_mm3 = 0;   ///< signed; of a closed part, below 0 where it is inside out
   Eigen::Vector3d low_mm = Eigen::Vector3d::Zero();
   Eigen::Vector3d high_mm = Eigen::Vector3d::Zero();
@@ -93,15 +93,16 @@ struct MeshPart {
 struct MeshParts {
   std::vector<MeshPart> parts;
   std::vector<std::uint32_t> part_of;  ///< each triangle's
-  /// A triangle at which the surface comes back to its own other side.
+  /// Triangle at which a one-sided surface meets its own other side.
   std::optional<std::uint32_t> one_sided;
 };
 
-/// Turns triangles in place; neighbours follow. Most triangles of a part decide.
+/// Turns triangles in place so that all are oriented alike; neighbours follow. The majority of a
+/// part's triangles decides.
 [[nodiscard]] MeshParts TurnAlike(TriangleMesh& mesh,
                                   std::vector<std::array<std::uint32_t, 3>>& neighbours);
 
-/// Turns a triangle the other way round, with its neighbours and its lift.
+/// Reverses a triangle, with its neighbours and its lift.
 void Turn(TriangleMesh& mesh, std::vector<std::array<std::uint32_t, 3>>& neighbours,
           std::size_t triangle);
 

@@ -1,4 +1,5 @@
-// Minimises a sum of squares by Levenberg-Marquardt: the one loop of the room's adjustments.
+// Minimises a sum of squares by Levenberg-Marquardt: the one loop of all adjustments in part
+// alignment.
 #pragma once
 
 #include <algorithm>
@@ -10,8 +11,8 @@ namespace trammel::part_alignment {
 
 struct DescentOptions {
   int most_iterations = 60;
-  /// Converged: a step promises to lower the cost by less than this share of (1 + cost). The cost
-  /// is in squared sigmas, so that nobody sees what is left.
+  /// Convergence threshold of a step's predicted reduction of the cost, as a share of (1 + cost).
+  /// The cost is in squared sigmas, so the rest is negligible.
   double enough = 1e-9;
 };
 
@@ -21,7 +22,7 @@ struct DescentEnd {
   double cost = std::numeric_limits<double>::infinity();
 };
 
-/// Cauchy's loss of a squared residual: a wrong observation pulls ever less the farther off it is.
+/// Cauchy's loss of a squared residual: the pull of an outlier falls with its distance.
 struct CauchyLoss {
   double width2 = 0;  ///< squared, in squared sigmas; 0: plain squares
   [[nodiscard]] double Cost(double s) const {
@@ -31,16 +32,16 @@ struct CauchyLoss {
   [[nodiscard]] double Weight(double s) const { return width2 > 0 ? 1 / (1 + s / width2) : 1; }
 };
 
-/// A step as a model proposes it.
+/// Step that a model proposes.
 template <class State>
 struct Proposal {
   State state;
-  double decrement = 0;  ///< of the cost, as the linear model promises it
+  double decrement = 0;  ///< of the cost, predicted by the linear model
 };
 
-/// Descends from `state`, which it leaves at the least cost found. A step that raises the cost is
-/// taken again with ten times the damping. A cost that is infinite marks a state that the model
-/// cannot have; nothing is done where already the first is.
+/// Descends from `state`, which returns the lowest cost found. A step that raises the cost is
+/// repeated with ten times the damping. An infinite cost marks a state that the model cannot have;
+/// if the first cost is infinite, nothing is done.
 ///
 /// @param model  double Cost(state); auto Linearise(state);
 ///               Proposal<State> Propose(linearised, damping, state).
@@ -61,7 +62,7 @@ DescentEnd Minimise(const Model& model, const DescentOptions& options, State& st
       Proposal<State> next = model.Propose(linearised, damping, state);
       const double cost = model.Cost(next.state);
       const bool still = next.decrement < options.enough * (1 + end.cost);
-      // A step below the end's threshold is taken whatever rounding makes of the cost.
+      // A step below the end's threshold is accepted even if rounding raises the cost.
       accepted = cost <= end.cost || (still && std::isfinite(cost));
       if (accepted) {
         state = std::move(next.state);

@@ -60,7 +60,7 @@ JacobianInverse InvertNormal(const Eigen::MatrixXd& jacobian) {
   const Eigen::Index last = singular.size() - 1;
   JacobianInverse inverse;
   inverse.weakest = of.v.col(last);
-  constexpr double kZero = 1e-150;  // its inverse square is still a number
+  constexpr double kZero = 1e-150;  // its inverse square is still finite
   const Eigen::VectorXd inverse_singular = singular.cwiseMax(kZero).cwiseInverse();
   const Eigen::MatrixXd root =
       scale.cwiseInverse().asDiagonal() * of.v * inverse_singular.asDiagonal();

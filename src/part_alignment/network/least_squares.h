@@ -6,8 +6,8 @@
 
 namespace trammel::part_alignment {
 
-/// Residuals at `x`, and their derivatives (residuals by parameters) where `jacobian` is given.
-/// False where the model has no value at `x`.
+/// Function that computes residuals at `x` and, if `jacobian` is given, their derivatives
+/// (residuals by parameters). False where the model has no value at `x`.
 using ResidualFunction = std::function<bool(const Eigen::VectorXd& x, Eigen::VectorXd& residuals,
                                             Eigen::MatrixXd* jacobian)>;
 
@@ -19,9 +19,9 @@ struct LeastSquaresFit {
   Eigen::MatrixXd jacobian;   ///< at x
 };
 
-/// Minimise (descent.h) with parameters that may be of any size. Ends when a step changes the
-/// residuals by less than 1e-10 of their unit altogether.
-/// Accuracy: that of the residuals; quadratic where they vanish.
+/// Fits by Minimise (descent.h) with parameters of any size. Ends when a step changes the residuals
+/// by less than 1e-10 of their unit altogether. Accuracy: that of the residuals; quadratic where
+/// they vanish.
 [[nodiscard]] LeastSquaresFit FitLeastSquares(const ResidualFunction& function,
                                               Eigen::VectorXd start);
 
@@ -29,8 +29,8 @@ struct LeastSquaresFit {
 /// where the residuals are in units of their standard deviation.
 struct JacobianInverse {
   Eigen::MatrixXd covariance;
-  /// The combination of the parameters that is determined least, with the Jacobian's columns scaled
-  /// to length 1, of length 1.
+  /// Least determined combination of the parameters, of length 1, with the Jacobian's columns
+  /// scaled to length 1.
   Eigen::VectorXd weakest;
 };
 [[nodiscard]] JacobianInverse InvertNormal(const Eigen::MatrixXd& jacobian);

@@ -13,7 +13,7 @@ using Eigen::VectorXd;
 
 namespace {
 
-// Of a matrix with unit diagonal: what rounding leaves of a direction that nothing determines.
+// Rounding error of an undetermined direction, for a matrix with unit diagonal.
 constexpr double kSingular = 1e-11;
 
 VectorXd UnitScale(const MatrixXd& matrix) {

@@ -1,4 +1,4 @@
-// Normal equations of an adjustment by stations, each station's own unknowns eliminated.
+// Normal equations of an adjustment by stations, with each station's own unknowns eliminated.
 #pragma once
 
 #include <Eigen/Core>
@@ -7,10 +7,11 @@
 
 namespace trammel::part_alignment {
 
-/// The matrix of v × x: the derivative of a turned point by the turn, negative.
+/// Returns the matrix of v × x: the negative derivative of a rotated point by the rotation.
 [[nodiscard]] Eigen::Matrix3d CrossMatrix(const Eigen::Vector3d& v);
 
-/// Unknowns that stations share (points, lens, machine), and a few of each station's own.
+/// Normal equations of unknowns that stations share (points, lens, machine) and a few of each
+/// station's own.
 struct NormalEquations {
   struct Station {
     std::size_t station = 0;
@@ -19,12 +20,12 @@ struct NormalEquations {
     Eigen::MatrixXd block;               ///< own × own
     Eigen::VectorXd right;
   };
-  Eigen::MatrixXd matrix;         ///< of the shared unknowns, before the elimination
+  Eigen::MatrixXd matrix;         ///< shared unknowns, before the elimination
   Eigen::VectorXd right;          ///< the gradient's negative, likewise
   std::vector<Station> stations;  ///< those with observations
 };
 
-/// One observation, whitened: projected less seen.
+/// One observation, whitened: projected minus observed.
 struct ObservationRow {
   std::vector<Eigen::Index> unknowns;  ///< shared ones, none twice
   Eigen::Matrix<double, 2, Eigen::Dynamic> by_shared;
@@ -32,16 +33,16 @@ struct ObservationRow {
   Eigen::Vector2d residual;
 };
 
-/// Adds a station with its observations; `normal` has its size. REQUIRES a row.
+/// Adds a station with its observations; `normal` is sized beforehand. REQUIRES a row.
 void AddStation(std::size_t station, const std::vector<ObservationRow>& rows,
                 NormalEquations& normal);
 
-/// Makes rows of held unknowns, and of those that nothing meets, those of the identity.
+/// Replaces the rows of held unknowns, and of those without observations, by rows of the identity.
 /// @param held  of the first shared unknowns
 void HoldUnknowns(const std::vector<bool>& held, NormalEquations& normal);
 
-/// The matrix and the right side with every station eliminated, the diagonals raised by `damping`
-/// of themselves before that.
+/// Matrix and right side with every station eliminated. Before that, `damping` raises the diagonals
+/// by this share of themselves.
 struct ReducedNormal {
   Eigen::MatrixXd matrix;
   Eigen::VectorXd right;
@@ -50,7 +51,7 @@ struct ReducedNormal {
 
 struct NormalStep {
   Eigen::VectorXd shared;
-  std::vector<Eigen::VectorXd> stations;  ///< as NormalEquations::stations
+  std::vector<Eigen::VectorXd> stations;  ///< like NormalEquations::stations
   double decrement = 0;                   ///< of the cost, by the linear model
 };
 /// @param motions  orthonormal columns: changes of the shared unknowns that no observation notices,
@@ -58,21 +59,22 @@ struct NormalStep {
 [[nodiscard]] NormalStep Solve(const NormalEquations& normal, const Eigen::MatrixXd& motions,
                                double damping);
 
-/// The inverse of a positive matrix whose rows differ in unit, scaled to a unit diagonal meanwhile;
-/// `determined` becomes false, and the answer 0, where it has none.
+/// Computes the inverse of a positive matrix whose rows differ in unit, scaled to a unit diagonal
+/// meanwhile. If there is none, `determined` becomes false and the result 0.
 [[nodiscard]] Eigen::MatrixXd ScaledInverse(const Eigen::MatrixXd& matrix, bool& determined);
 
-/// One station beside the shared unknowns that its observations meet.
+/// Covariance of one station and the shared unknowns of its observations.
 struct StationCovariance {
   Eigen::MatrixXd own;     ///< own × own
   Eigen::MatrixXd with;    ///< own × unknowns
-  Eigen::MatrixXd within;  ///< of the unknowns
+  Eigen::MatrixXd within;  ///< covariance of unknowns
 };
 /// @param shared  covariance of all shared unknowns
 [[nodiscard]] StationCovariance CovarianceOf(const NormalEquations::Station& station,
                                              const Eigen::MatrixXd& shared, bool& determined);
 
-/// J Q Jᵀ of one of the station's observations: what its residual lacks of its variance, 1.
+/// Computes J Q Jᵀ of one of the station's observations: the amount by which its residual's
+/// variance is below 1.
 [[nodiscard]] Eigen::Matrix2d FittedCovariance(const ObservationRow& row,
                                                const NormalEquations::Station& station,
                                                const StationCovariance& covariance);

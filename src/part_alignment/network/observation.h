@@ -1,4 +1,4 @@
-// An observation of a network: a point in the picture of a station.
+// Observation of a network: a point in the picture of a station.
 #pragma once
 
 #include <Eigen/Core>

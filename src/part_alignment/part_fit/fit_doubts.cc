@@ -17,7 +17,7 @@
 namespace trammel::part_alignment {
 namespace {
 
-// Placements that fit as well as the one that was taken, in words; empty where there are none.
+// Describes placements that fit as well as the selected one; empty if there are none.
 std::string Alike(const Problem& problem, const Motion& motion,
                   const std::vector<FoundPlacement>& others) {
   double square = 0;
@@ -28,7 +28,7 @@ std::string Alike(const Problem& problem, const Motion& motion,
   constexpr double kAlike = 1.5;
   const double most_mm = kAlike * own_mm + std::sqrt(square);
   for (const FoundPlacement& other : others) {
-    constexpr double kCoarse = 1.5;  // as few points see it
+    constexpr double kCoarse = 1.5;  // other fits use few points
     if (other.scatter_mm > kCoarse * most_mm) continue;
     constexpr int kRounds = 15;
     const Motion there = FitSurfaces(problem, other.motion, kRounds);
@@ -42,7 +42,7 @@ std::string Alike(const Problem& problem, const Motion& motion,
   return {};
 }
 
-// Why points are not this mesh's; empty where they may be.
+// Explains why points do not belong to this mesh; empty if they may.
 std::string NotOnMesh(const Problem& problem, const PartFitOptions& options, const Motion& motion) {
   const double uneven_mm = Scatter_mm(problem, Linearise(problem, motion));
   double most_mm = 0;
@@ -65,8 +65,8 @@ std::string NotOnMesh(const Problem& problem, const PartFitOptions& options, con
 }
 
 struct OnSurface {
-  double squares_mm2 = 0;  // of stock allowance less wanted
-  double sum_mm = 0;       // of stock allowances
+  double squares_mm2 = 0;  // stock allowance less target, squared
+  double sum_mm = 0;       // sum of stock allowances
   int count = 0;
 
   [[nodiscard]] double off_mm() const { return std::sqrt(squares_mm2 / count); }
@@ -92,7 +92,7 @@ double Accepted_mm(const PartFitOptions& options, const IdealSurface& surface, d
   return std::max(std::abs(surface.stock_allowance_mm), of_size_mm);
 }
 
-// Least squares that a few wrong points do not pull: they weigh less with each round.
+// Computes least squares robust to a few wrong points: their weights fall with each round.
 Linear RobustLinear(Problem problem, Motion motion) {
   constexpr int kRounds = 10;
   const Eigen::VectorXd weights = Weights(problem);
@@ -184,8 +184,8 @@ std::string BeyondRim(const PartFitInput& input, const Problem& problem, const L
 }
 
 std::string TurnedRound(const Problem& problem, const Motion& motion) {
-  constexpr double kBeside = 0.01;  // of the extent: neither behind the plane nor before it
-  constexpr double kMost = 0.5;     // of the points before it, at least
+  constexpr double kBeside = 0.01;  // share of the extent: neither behind nor in front of the plane
+  constexpr double kMost = 0.5;     // share of points in front, minimum
   const double beside_mm = kBeside * ExtentOf(problem);
   std::map<const IdealSurface*, std::pair<int, int>> sides;  // points behind and before
   for (const SurfaceContact& of : problem.contacts) sides[of.surface];
@@ -209,11 +209,11 @@ std::string TurnedRound(const Problem& problem, const Motion& motion) {
 }
 
 std::string WildPoint(const PartFitInput& input, const Problem& problem, const Motion& motion) {
-  constexpr std::size_t kLeast = 4;  // of a surface: of three none stands out
-  constexpr double kScatters = 10;   // of what the others scatter by, robustly
-  constexpr double kSigmas = 10;     // of the point
+  constexpr std::size_t kLeast = 4;  // points per surface: three have no outlier
+  constexpr double kScatters = 10;   // robust scatters of the other points
+  constexpr double kSigmas = 10;     // sigmas of the point
   constexpr double kDents = 2;       // times the stock allowance
-  // Of a mesh's many points one pulls little, and the rounds cost much.
+  // One of a mesh's many points has little influence, and the robust rounds are slow.
   const Linear linear =
       problem.has_mesh ? Linearise(problem, motion) : RobustLinear(problem, motion);
   std::map<const IdealSurface*, std::vector<std::size_t>> surfaces;

@@ -1,4 +1,4 @@
-// Other places of the ideal part that the points allow: by meshes, and by surfaces.
+// Finds other placements of the ideal part that the points allow: by meshes, and by surfaces.
 #pragma once
 
 #include <string>
@@ -15,43 +15,42 @@ struct MeshDoubt {
   std::string reason;  ///< empty: there is none
 };
 
-/// Points that do not lie on the mesh, other placements that fit alike, points beyond a rim.
-/// @param others  that a search found besides
+/// Finds points off the mesh, other placements of equal fit, and points beyond a rim.
+/// @param others  further placements that a search found
 [[nodiscard]] MeshDoubt DoubtOf(const PartFitInput& input, const PartFitOptions& options,
                                 const Problem& problem, const Motion& motion,
                                 const std::vector<FoundPlacement>& others);
 
-/// Why contacts at the rim of an open shell cannot be used; empty where there are none.
+/// Explains why contacts at the rim of an open shell are unusable; empty if there are none.
 [[nodiscard]] std::string BeyondRim(const PartFitInput& input, const Problem& problem,
                                     const Linear& linear);
 
-/// So many times what triangles are estimated to be off joins the least stock allowance: triangles
-/// of freeform parts were off by up to 1.56 times.
+/// Factor on the triangles' estimated error, added to the minimum stock allowance: triangles of
+/// freeform parts were off by up to 1.56 times the estimate.
 inline constexpr double kFacetGuard = 1.75;
 
 struct FacetGuard {
   double error_mm = 0;  ///< the most to either side, under any point
-  std::string coarse;   ///< why the answer is left open; empty where it is not
+  std::string coarse;   ///< why the facets are too coarse; empty if not
   std::string notice;
 };
 
-/// Adds what the triangles nearest to points may be off to the points' guard and sigma, once.
+/// Adds the possible error of the triangles nearest to points to the points' guard and sigma, once.
 [[nodiscard]] FacetGuard GuardFacets(Problem& problem, const Linear& linear);
 
-/// Why a plane, shaft or bore is not its points' own: their stock allowance is farther from what is
-/// wanted (root mean square) than PartFitOptions::most_uneven_mm. Names the worst; empty where all
-/// may be theirs.
+/// Explains why a plane, shaft or bore does not belong to its points: stock allowance less wanted
+/// (root mean square) exceeds PartFitOptions::most_uneven_mm. Names the worst; empty if all may
+/// belong.
 [[nodiscard]] std::string NotOnSurfaces(const PartFitOptions& options, const Problem& problem,
                                         const Linear& linear);
 
-/// Why a plane's direction does not show out of the part: every measured point of the other
-/// surfaces lies on its outer side. Empty where all planes have points behind them.
+/// Explains why a plane's direction does not point out of the part: every measured point of the
+/// other surfaces is on its outer side. Empty if all planes have points behind them.
 [[nodiscard]] std::string TurnedRound(const Problem& problem, const Motion& motion);
 
-/// Why a point is not of its surface: beside the others of it by more than they scatter, by more
-/// than it knows of itself, and by more than twice the stock allowance, in which dents and bumps
-/// are.
-/// Names the worst; empty where none is. A wrong point that is taken for a dent moves the part.
+/// Explains why a point is an outlier of its surface. It is off the others by more than their
+/// scatter, its own uncertainty, and twice the stock allowance, the range of dents and bumps. Names
+/// the worst; empty if there is none. A wrong point taken for a dent moves the part.
 [[nodiscard]] std::string WildPoint(const PartFitInput& input, const Problem& problem,
                                     const Motion& motion);
 

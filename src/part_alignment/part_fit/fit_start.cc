@@ -21,7 +21,7 @@ namespace {
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
-// Middle and principal axes of something spread in space.
+// Middle and principal axes of a set of points.
 struct Spread {
   double weight = 0;
   Vector3d first = Vector3d::Zero();
@@ -33,7 +33,7 @@ struct Spread {
     second += w * at * at.transpose();
   }
   [[nodiscard]] Vector3d Middle() const { return first / weight; }
-  // Columns by rising extent, right-handed.
+  // Returns the axes as columns by rising extent, right-handed.
   [[nodiscard]] Matrix3d Axes() const {
     const Vector3d middle = Middle();
     const geometry::SymmetricEigen of =
@@ -79,7 +79,7 @@ Spread SpreadOfPoints(const Problem& problem) {
   return spread;
 }
 
-// The 24 rotations that take a cube's axes to one another.
+// Returns the 24 rotations of a cube onto itself.
 std::vector<Matrix3d> CubeRotations() {
   std::vector<Matrix3d> rotations;
   std::array<int, 3> order = {0, 1, 2};
@@ -95,7 +95,7 @@ std::vector<Matrix3d> CubeRotations() {
   return rotations;
 }
 
-// Spread over all rotations: Shoemake's uniform quaternions of an additive sequence.
+// Returns rotations spread over all: Shoemake's uniform quaternions of an additive sequence.
 std::vector<Matrix3d> SpreadRotations(int count) {
   std::vector<Matrix3d> rotations;
   const auto part = [](double x) { return x - std::floor(x); };
@@ -118,7 +118,7 @@ FoundPlacement Refined(const Problem& problem, const Motion& start, int most_rou
   return {motion, Scatter_mm(problem, Linearise(problem, motion))};
 }
 
-// Refines all, the most even first; of those that are one placement the first stays.
+// Refines all, the most even first; retains the first of equal placements.
 std::vector<FoundPlacement> RefineAll(const Problem& problem,
                                       const std::vector<FoundPlacement>& starts, int most_rounds) {
   std::vector<FoundPlacement> refined(starts.size());
@@ -152,7 +152,7 @@ double FarthestFrom(const Vector3d& from, const std::vector<Vector3d>& points, V
   return most;
 }
 
-// Between two points far apart: the diameter to within a seventh.
+// Returns the distance of two points far apart: the diameter to within a seventh.
 double ExtentOf(const std::vector<Vector3d>& points) {
   Vector3d at = points.front();
   FarthestFrom(points.front(), points, at);
@@ -162,7 +162,7 @@ double ExtentOf(const std::vector<Vector3d>& points) {
 
 }  // namespace
 
-// Kabsch's rotation between the middles of the surfaces and of their points.
+// Fits Kabsch's rotation between the middles of the surfaces and of their points.
 std::optional<Motion> StartFromMiddles(const Problem& problem) {
   std::map<const IdealSurface*, std::pair<Vector3d, int>> sums;
   for (const SurfaceContact& contact : problem.contacts) {
@@ -223,7 +223,7 @@ std::vector<FoundPlacement> SearchPlacements(const Problem& problem) {
 }
 
 bool SamePlacement(const Problem& problem, const Motion& a, const Motion& b) {
-  constexpr double kNear = 0.03;  // of the part's size, and rad
+  constexpr double kNear = 0.03;  // relative to part size, and rad
   const double turn = Eigen::AngleAxisd(a.rotation.transpose() * b.rotation).angle();
   Vector3d middle = Vector3d::Zero();
   for (const SurfaceContact& contact : problem.contacts) {

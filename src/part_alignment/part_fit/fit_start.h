@@ -1,4 +1,4 @@
-// Where a part fit begins.
+// Start of a part fit.
 #pragma once
 
 #include <optional>
@@ -9,32 +9,32 @@
 
 namespace trammel::part_alignment {
 
-/// The middles of planes, shafts and bores against those of their points (Kabsch's rotation); three
-/// surfaces, not in one line, are needed.
+/// Fits the middles of planes, shafts and bores to those of their points (Kabsch's rotation). Needs
+/// three surfaces, not in one line.
 [[nodiscard]] std::optional<Motion> StartFromMiddles(const Problem& problem);
 
-/// A placement in which points lie on the mesh after least squares, and how evenly.
+/// Placement with points on the mesh after least squares, and its scatter.
 struct FoundPlacement {
   Motion motion;
-  double scatter_mm = 0;  ///< of stock allowance less wanted, about its mean
+  double scatter_mm = 0;  ///< RMS of stock allowance less target, about its mean
 };
 
-/// Looks among all rotations: the principal axes of mesh and points on one another in all 24 ways,
-/// and 48 rotations spread evenly, each refined with few points, the best with some hundred.
+/// Searches all rotations: the principal axes of mesh and points on one another in all 24 ways, and
+/// 48 rotations spread evenly. Each is refined with few points, the best with some hundred.
 /// @returns different placements, the most even first. REQUIRES contacts with a mesh.
 [[nodiscard]] std::vector<FoundPlacement> SearchPlacements(const Problem& problem);
 
-/// Whether one placement is the other, but for what a descent leaves.
+/// True if two placements are the same within a descent's tolerance.
 [[nodiscard]] bool SamePlacement(const Problem& problem, const Motion& a, const Motion& b);
 
 /// "turned by 180.0° about (0.00, 0.00, 1.00)": from one placement to the other.
 [[nodiscard]] std::string TurnWords(const Motion& from, const Motion& to);
 
-/// Why points are of another size than the mesh that they belong to; empty where they are not.
-/// Factors that units explain are named.
+/// Explains why points and their mesh differ in size; empty if they do not. Names factors that
+/// units explain.
 [[nodiscard]] std::string OtherSize(const Problem& problem);
 
-/// Of a mesh, corner to corner of the box about it.
+/// Returns the diagonal of the mesh's bounding box.
 [[nodiscard]] double DiameterOf(const MeshDistance& mesh);
 
 }  // namespace trammel::part_alignment

@@ -90,7 +90,7 @@ TEST(MeshFit, ABlockOfTrianglesIsTheBlockOfItsPlanes) {
     UseMesh(mesh, Mesh(test::BoxMesh(kHalf_mm)));
     mesh.start = kIdealFromMeasured;
     PartFitOptions options;
-    options.least_stock_allowance_mm = 1.45;  // with its guard it binds at some points
+    options.least_stock_allowance_mm = 1.45;  // with its guard: active at some points
     const auto by_planes = FitPart(planes, options);
     const auto by_mesh = FitPart(mesh, options);
     ASSERT_TRUE(by_planes && by_mesh);

@@ -46,7 +46,8 @@ Result<void> CheckMesh(const IdealSurface& surface) {
   return {};
 }
 
-// A surface that wants less material than every point must have would never get it.
+// Checks that a surface's wanted allowance is at least the minimum for every point, else it would
+// never be reached.
 Result<void> CheckWanted(const IdealSurface& surface, const PartFitOptions& options) {
   if (!(surface.stock_allowance_mm < std::min(0.0, options.least_stock_allowance_mm))) return {};
   return Fail(fmt::format(
@@ -125,7 +126,7 @@ Result<std::set<std::string>> CheckPoints(const PartFitInput& input,
   return ids;
 }
 
-/// The input with directions of length 1. Errors (kInput) as in FitPart.
+/// Returns the input with directions of length 1. Errors (kInput) as in FitPart.
 Result<PartFitInput> CheckedPartFit(const PartFitInput& input, const PartFitOptions& options) {
   PartFitInput checked = input;
   if (options.most_uneven_mm && !(*options.most_uneven_mm > 0)) {
@@ -172,9 +173,9 @@ Result<PartFitInput> CheckedPartFit(const PartFitInput& input, const PartFitOpti
   return checked;
 }
 
-/// The factor that brings measured lengths to the calibrated ones, the bars tested against one
-/// another; without bars 1, unchecked. A fault, too, where it is farther from 1 than
-/// most_scale_change. REQUIRES a checked input.
+/// Computes the factor from measured to calibrated lengths, and tests the bars against one another;
+/// without bars 1, unchecked. A factor farther from 1 than most_scale_change is a fault, too.
+/// REQUIRES a checked input.
 BarScale ScaleOf(const PartFitInput& input, const PartFitOptions& options) {
   if (input.bars.empty()) {
     BarScale as_it_is;
@@ -221,7 +222,7 @@ BarScale ScaleOf(const PartFitInput& input, const PartFitOptions& options) {
   return result;
 }
 
-// The step towards even stock allowance that leaves `least` everywhere; absent where none does.
+// Step towards even stock allowance that retains `least` everywhere; absent if there is none.
 struct Step {
   Vector6 motion = Vector6::Zero();
   std::vector<Index> binding;
@@ -234,7 +235,7 @@ std::optional<Step> EvenStep(const Problem& problem, const Linear& linear, const
   const MatrixXd root = geometry::CholeskyRoot(normal);
   const Vector6 gradient = weighted.transpose() * (linear.stock_allowance_mm - Wanted(problem));
   const Vector6 q = geometry::SolveLower(root, gradient);
-  // With z = Lᵀ y + q the sum of squares is |z|² and a constant.
+  // With z = Lᵀ y + q, the sum of squares is |z|² plus a constant.
   const MatrixXd rows = geometry::SolveLower(root, linear.by_motion.transpose()).transpose();
   const VectorXd right = least - linear.stock_allowance_mm + rows * q;
   const auto nearest = SolveLeastDistance(rows, right);
@@ -246,7 +247,7 @@ std::optional<Step> EvenStep(const Problem& problem, const Linear& linear, const
 constexpr int kMostRounds = 60;
 constexpr double kStill_mm = 1e-9;
 
-// The placement whose worst point has the most stock allowance, by bisection on how much that is.
+// Finds the placement whose worst point has the most stock allowance, by bisection on that amount.
 Motion BestEffort(const Problem& problem, Motion motion, double& missing_mm) {
   for (int round = 0; round < 10; ++round) {
     const Linear linear = Linearise(problem, motion);
@@ -289,8 +290,8 @@ void NoteStockAllowances(const PartFitInput& input, const Problem& problem, cons
   }
 }
 
-// How the placement follows errors of the points along their normals: the conditions of its optimum
-// with the same points binding (Karush, Kuhn and Tucker), differentiated.
+// Computes the placement's response to errors of the points along their normals: differentiates its
+// optimality conditions (Karush, Kuhn and Tucker) with the same points binding.
 Matrix6 PlacementCovariance(const Problem& problem, const Linear& linear,
                             const std::vector<Index>& binding) {
   const auto n = std::ssize(problem.contacts);
@@ -333,7 +334,7 @@ void NoteCovariance(const PartFitInput& input, const Problem& problem, const Mot
     for (int i = 0; i < 3; ++i) {
       by_placement.block<3, 1>(row, 3 + i) = Vector3d::Unit(i).cross(from_middle) / problem.size_mm;
     }
-    // The placement keeps the middle where it is when everything grows about it.
+    // The placement does not move the middle when everything grows about it.
     by_scale.segment<3>(row) = from_middle * fit.scale_sigma;
     own.segment<3>(row).setConstant(point.sigma_mm * point.sigma_mm);
     row += 3;
@@ -378,10 +379,10 @@ PartFit Without(PartFit fit, Verdict verdict, std::string reason) {
   return fit;
 }
 
-// Where the descent begins, or why it cannot.
+// Start of the descent, or the reason why it has none.
 struct Begun {
   std::optional<Motion> motion;
-  std::vector<FoundPlacement> others;  // of a search: that come second and later
+  std::vector<FoundPlacement> others;  // second and later placements of a search
   std::string reason;
 };
 
@@ -418,8 +419,8 @@ Begun Begin(const PartFitInput& input, const Problem& problem) {
   return begun;
 }
 
-// The even placement, from near it. On triangles, whose normals jump, steps may go to and fro
-// between two facets: they are halved then, and the last tenth of a nanometre is made up for.
+// Converged placement, from near it. On triangles, whose normals jump, steps may alternate between
+// two facets. They are halved then, and the last tenth of a nanometre is compensated.
 struct Rest {
   Motion motion;
   std::vector<Index> binding;

@@ -22,7 +22,7 @@ using Eigen::VectorXd;
 using Matrix6 = Eigen::Matrix<double, 6, 6>;
 using Eigen::MatrixXd;
 
-// How far a point stands out of the ideal part, and in which direction that grows.
+// Height of a point over the ideal part, and the direction in which it grows.
 struct StockAllowance {
   double mm = 0;
   Vector3d outward;
@@ -48,14 +48,14 @@ StockAllowance StockAllowanceAt(const IdealSurface& surface, const Vector3d& ide
   return {surface.radius_mm - radius_mm, -away};
 }
 
-// Each surface weighs 1.
+// Sets each surface's total weight to 1.
 void WeighSurfacesAlike(Problem& problem) {
   std::map<const IdealSurface*, int> counts;
   for (const SurfaceContact& contact : problem.contacts) ++counts[contact.surface];
   for (SurfaceContact& contact : problem.contacts) contact.weight = 1.0 / counts[contact.surface];
 }
 
-// How much of the normal matrix the triangles' own tilt could be.
+// Computes the share of the normal matrix that the triangles' own tilt may cause.
 Matrix6 TiltMatrix(const Problem& problem, const Linear& linear, const Motion& motion) {
   Matrix6 sum = Matrix6::Zero();
   if (!problem.has_mesh) return sum;
@@ -94,7 +94,8 @@ VectorXd SolveFor(const MatrixXd& e, const VectorXd& f, const std::vector<Index>
   return geometry::SolveLeastSquares(picked, f);
 }
 
-// min |e u - f|, u >= 0: variables enter one by one and leave where they would become negative.
+// Solves min |e u - f|, u >= 0: variables enter one by one and are removed where they would become
+// negative.
 VectorXd NonNegative(const MatrixXd& e, const VectorXd& f) {
   VectorXd u = VectorXd::Zero(e.cols());
   std::vector<Index> passive;
@@ -207,7 +208,7 @@ double Uneven_mm(const Problem& problem, const Linear& linear) {
 
 Problem Thinned(const Problem& problem, std::size_t most) {
   if (problem.contacts.size() <= most) return problem;
-  // Multiples of the golden section fall in step with no order of rows and columns.
+  // Multiples of the golden section do not align with any order of rows and columns.
   constexpr double kGolden = 0.6180339887498949;
   std::set<std::size_t> picked;
   for (std::size_t i = 0; i < most; ++i) {
@@ -272,7 +273,7 @@ std::string FreeMotions(const Problem& problem, const Linear& linear, const Moti
 
 std::optional<LeastDistance> SolveLeastDistance(const MatrixXd& rows, const VectorXd& right) {
   const Index n = rows.cols();
-  // Rows of one size, right sides of about 1: the test for infeasibility is one of pure numbers.
+  // Scales rows to one size, right sides to about 1: the test for infeasibility is dimensionless.
   const double size = std::max(right.cwiseAbs().maxCoeff(), 1e-300);
   MatrixXd e(n + 1, rows.rows());
   e.topRows(n) = rows.transpose();
@@ -297,7 +298,7 @@ std::optional<LeastDistance> SolveLeastDistance(const MatrixXd& rows, const Vect
 
 Motion FitSurfaces(const Problem& problem, Motion motion, int most_rounds) {
   constexpr double kStill_mm = 1e-9;
-  // Of the cost; what is left of the way is gone by the steps under the least stock allowance.
+  // Fraction of the cost; the steps under the least stock allowance cover the remaining distance.
   const double least_gain = problem.has_mesh ? 1e-6 : 0;
   const Eigen::VectorXd weights = Weights(problem);
   const Eigen::VectorXd wanted = Wanted(problem);

@@ -17,7 +17,7 @@ constexpr double kDetectable = 4.13;  // sigmas: that limit, exceeded with a pro
 
 std::string NameOf(const ScaleBar& bar) { return fmt::format("{}-{}", bar.from, bar.to); }
 
-// The scale of some of the bars, and what each of them is off by.
+// Scale of some of the bars, and each one's error.
 struct Tested {
   std::vector<Index> of;  // indices of the bars
   double ln_scale = 0;

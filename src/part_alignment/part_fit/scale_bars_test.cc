@@ -59,7 +59,7 @@ TEST(ScaleBars, TwoThatDisagreeAreAFaultOfBoth) {
   }
 }
 
-// By mm and by a factor, of any of several bars: what is off by more than can be detected is named.
+// Given one of several bars wrong by mm or by a factor, more than can be detected, it is named.
 TEST(ScaleBars, TheOneOfSeveralThatIsWrongIsLeftOutByName) {
   for (const std::size_t count : {3U, 4U, 7U}) {
     for (std::size_t wrong = 0; wrong < count; ++wrong) {

@@ -15,11 +15,11 @@
 namespace trammel::part_alignment {
 namespace {
 
-/// One observation beside what the first answer expects of its disc.
+/// Observation with the disc that the first solution predicts.
 struct DiscObservation {
   Observation* observation = nullptr;
   ImageEllipse seen;
-  std::optional<ImageEllipse> expected;  ///< of a disc with radius 1 mm
+  std::optional<ImageEllipse> expected;  ///< image of a disc with radius 1 mm
   Eigen::Vector3d centre_mm;             ///< camera frame
   Eigen::Vector3d normal;
 };
@@ -51,14 +51,14 @@ double MeanRadius(const ImageEllipse& ellipse) {
   return std::sqrt(ellipse.semi_major_px * ellipse.semi_minor_px);
 }
 
-// Of area 1; near a circle the axes' ratio is off 1 by the difference of its eigenvalues.
+// Returns the shape, of area 1; near a circle its eigenvalues differ by the axes' ratio less 1.
 Eigen::Matrix2d Shape(const ImageEllipse& ellipse) {
   const Eigen::Matrix2d turn = Eigen::Rotation2Dd(ellipse.angle_rad).toRotationMatrix();
   const double stretch = std::sqrt(ellipse.semi_major_px / ellipse.semi_minor_px);
   return turn * Eigen::Vector2d(stretch, 1 / stretch).asDiagonal() * turn.transpose();
 }
 
-/// The middle one of how far the axes' ratios are off; 1 where no rim can be seen.
+/// Computes the median error of the axes' ratios; 1 if no rim is visible.
 double ShapeError(const std::vector<DiscObservation>& observations) {
   std::vector<double> errors;
   for (const DiscObservation& one : observations) {
@@ -76,7 +76,7 @@ double LooksLike_mm(const std::vector<DiscObservation>& observations) {
   return Median(radii_mm);
 }
 
-/// Why the discs cannot be what they are said to be; empty where they can.
+/// Explains why the discs contradict their description; empty if they do not.
 std::string Contradiction(const std::vector<DiscObservation>& observations,
                           const TargetDisc& disc) {
   constexpr double kMostShapeError = 0.02;  // 1 - cos(11 degrees)
@@ -99,7 +99,7 @@ std::string Contradiction(const std::vector<DiscObservation>& observations,
   return {};
 }
 
-/// Returns how many could not be corrected.
+/// Returns the number of observations that could not be corrected.
 std::size_t Correct(const Camera& camera, double radius_mm,
                     std::vector<DiscObservation>& observations) {
   std::size_t uncorrected = 0;

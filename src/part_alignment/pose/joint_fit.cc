@@ -141,8 +141,8 @@ struct Whitener {
   }
 };
 
-/// Residuals in sigmas, and how they change by theta and by each error of unit variance; of each
-/// view's rows the machine's own error is whitened away.
+/// Residuals in sigmas, and their derivatives by theta and by each error of unit variance. The
+/// machine's own error is whitened out of each view's rows.
 struct Rows {
   MatrixXd by_theta;
   MatrixXd by_error;  ///< common errors first, then targets', then the camera's
@@ -150,8 +150,8 @@ struct Rows {
   std::vector<Whitener> whiteners;  ///< one for each view's block of rows; empty: nothing whitened
 };
 
-/// Calls `use` with the first row and the count of rows of each view's observations, which are
-/// neighbours.
+/// Calls `use` with the first row and the number of rows of each view's observations, which are
+/// adjacent.
 template <class Use>
 void ForEachView(const std::vector<WeightedObservation>& observations, Use use) {
   for (std::size_t first = 0; first < observations.size();) {
@@ -192,7 +192,7 @@ void Whiten(const PoseProblem& problem, double machine_mm, Rows& rows) {
   });
 }
 
-/// False where a target is not seen. Whitens nothing.
+/// Fills in the rows without whitening; false if a target is not visible.
 bool FillRows(const PoseProblem& problem, const Theta& theta, Rows& rows) {
   PoseProblem alone = problem;
   for (WeightedObservation& observation : alone.observations)
@@ -225,13 +225,13 @@ bool FillRows(const PoseProblem& problem, const Theta& theta, Rows& rows) {
   return true;
 }
 
-/// The whitened rows with what theta takes up of them taken out.
+/// Whitened rows without the part that theta absorbs.
 struct Reduced {
   Rows rows;
-  geometry::PivotedOrthogonal of;  ///< of by_theta, its columns scaled to 1
+  geometry::PivotedOrthogonal of;  ///< decomposes by_theta, columns scaled to 1
   VectorXd scale;
-  MatrixXd left;            ///< of by_error
-  VectorXd remaining;       ///< of the residuals
+  MatrixXd left;            ///< reduced by_error
+  VectorXd remaining;       ///< reduced residuals
   MatrixXd stiffness_root;  ///< lower
   VectorXd draws;           ///< the likeliest errors
   bool seen = false;        ///< all targets are; nothing else is meant without
@@ -239,7 +239,7 @@ struct Reduced {
   double chi_square = std::numeric_limits<double>::infinity();
 };
 
-/// Takes out of residuals and errors what theta takes up; the errors count for nothing yet.
+/// Removes from residuals and errors the part that theta absorbs; the errors are not estimated yet.
 Reduced TakeOutTheta(Rows whitened) {
   constexpr double kSingular = 1e-9;
   Reduced reduced;
@@ -265,7 +265,7 @@ Reduced TakeOutTheta(const PoseProblem& problem, const Theta& theta) {
   return TakeOutTheta(std::move(rows));
 }
 
-/// Estimates the errors beside theta.
+/// Estimates the errors together with theta.
 Reduced AddErrors(Reduced reduced) {
   if (!reduced.seen || reduced.left.cols() == 0) return reduced;
   const MatrixXd stiffness = MatrixXd::Identity(reduced.left.cols(), reduced.left.cols()) +
@@ -407,7 +407,7 @@ double TargetErrorByResiduals(const PoseProblem& problem, const Theta& theta, do
   const TargetDirections all = DirectionsOfTargets(problem, theta);
   const Eigen::Index count = (all.reach.array() >= kShows_sigma).count();
   if (count == 0) return usual_mm;
-  // From the smallest up, so that those that show stand last.
+  // Ascending order, so that those that show are last.
   const auto reach = all.reach.tail(count).array();
   const auto residual = all.residual.tail(count).array();
   const double wanted = ChiSquareQuantile(share, static_cast<int>(count));

@@ -133,7 +133,7 @@ TEST(JointFit, IsGeneralisedLeastSquaresByTheResidualsWholeCovariance) {
 
   const JointFit fit = FitJointly(bench.problem, bench.theta);
   const VectorXd sigma = covariance.diagonal().cwiseSqrt();
-  constexpr double kDifferences = 1e-4;  // of finite differences
+  constexpr double kDifferences = 1e-4;  // error of finite differences
   EXPECT_NEAR(fit.chi_square, left.dot(inverse * left), kDifferences * fit.chi_square);
   EXPECT_EQ(JointChiSquare(bench.problem, bench.theta), fit.chi_square);
   for (Index i = 0; i < step.size(); ++i) {
@@ -145,7 +145,7 @@ TEST(JointFit, IsGeneralisedLeastSquaresByTheResidualsWholeCovariance) {
   EXPECT_LT((fit.gain * residuals - fit.step).cwiseQuotient(sigma).norm(), 1e-9);
 }
 
-// Where nothing checks it the usual size counts for more than itself: it is known from few runs.
+// An unchecked usual repeatability counts for more than itself: it comes from few runs.
 TEST(Repeatability, IsThatOfUsualMachinesUnlessManyResidualsSayOtherwise) {
   SolveOptions options;
   const Bench exact(options);
@@ -158,7 +158,7 @@ TEST(Repeatability, IsThatOfUsualMachinesUnlessManyResidualsSayOtherwise) {
   Bench good = exact;
   for (int again = 0; again < 20; ++again) {
     for (WeightedObservation observation : exact.problem.observations) {
-      if (observation.target == 4) continue;  // in a view with another one: they share its error
+      if (observation.target == 4) continue;  // shares its view's error with another observation
       observation.view += 100 * static_cast<std::size_t>(again + 1);
       good.problem.observations.push_back(observation);
       for (double& mm : observation.spindle_mm) mm += random.Normal(0, kBad_mm);

@@ -1,4 +1,4 @@
-// A measurement of a part: its targets, the pictures of them, and the uncertainty of its inputs.
+// Measurement of a part: its targets, their pictures, and the uncertainty of its inputs.
 #pragma once
 
 #include <Eigen/Core>
@@ -11,7 +11,7 @@
 
 namespace trammel::part_alignment {
 
-/// A target on the part, where the ideal part has it.
+/// Target on the part, at its ideal place.
 struct PartTarget {
   std::string id;
   Eigen::Vector3d ideal_mm = Eigen::Vector3d::Zero();
@@ -25,7 +25,7 @@ struct Observation {
   double sigma_px = 0;  ///< per axis, k = 1
 };
 
-/// One picture, taken from a place of the spindle in machine coordinates: d_cnc and R_cnc.
+/// Picture from a spindle position in machine coordinates: d_cnc and R_cnc.
 struct View {
   Eigen::Vector3d spindle_mm = Eigen::Vector3d::Zero();
   Eigen::Matrix3d spindle_rotation = Eigen::Matrix3d::Identity();
@@ -38,7 +38,7 @@ struct Measurement {
   std::vector<View> views;
 };
 
-/// How the camera sits in the spindle:
+/// Clamping of the camera in the spindle:
 /// x_spindle = Rz(-angle) · Rx(tilt.x) · Ry(tilt.y) · x_taper + (eccentricity, 0).
 struct Clamping {
   double angle_rad = 0;  ///< gamma_s; note the sign: the taper is turned by -gamma_s
@@ -46,60 +46,61 @@ struct Clamping {
   Eigen::Vector2d tilt_rad = Eigen::Vector2d::Zero();
 };
 
-/// The whole chain: a point of the part in the camera's frame (mm),
+/// Computes the whole chain: a point of the part in the camera's frame (mm),
 /// U = R_cal^T [ R_s^T ( R_cnc^T (R_p X + d_p - d_cnc) - eccentricity ) - d_cal ].
 [[nodiscard]] Eigen::Vector3d CameraFromPart(const Camera& camera, const Clamping& clamping,
                                              const View& view,
                                              const geometry::Pose& machine_from_part,
                                              const Eigen::Vector3d& part_mm);
 
-/// Standard uncertainty of a camera's centre against the spindle's axis, X and Y each, where none
-/// is stated: Table 3 of Mendikute et al. (X and Y repeat to 0.030 mm, k = 2, whatever the pictures
-/// tell) needs 0.015 mm from clamping to clamping, and the clamping in which the camera was
-/// calibrated is off as much, so the root of two of it; and as much more, the root of 9/7, as ten
-/// repeats leave a standard deviation unknown (that of Student's t with nine degrees of freedom,
-/// GUM supplement 1, 6.4.9). What a tilt of the taper moves at the targets' distance is in it.
+/// Default standard uncertainty of a camera's centre against the spindle's axis, X and Y each.
+/// Table 3 of Mendikute et al. (X and Y repeat to 0.030 mm, k = 2, whatever the pictures) needs
+/// 0.015 mm from clamping to clamping. The clamping of the calibration is off as much: a factor of
+/// the root of 2. Ten repeats determine a standard deviation only so well: a factor of the root of
+/// 9/7 (that of Student's t with nine degrees of freedom, GUM supplement 1, 6.4.9). Includes the
+/// effect of a tilt of the taper at the targets' distance.
 constexpr double kUsualEccentricity_mm = 0.024;
-/// Repeatability of each axis of a machine where none is stated: what Table 3's Z and angles leave
-/// room for (0.0028 … 0.0037 mm).
+/// Default repeatability of each axis of a machine: the remainder of Table 3's Z and angles (0.0028
+/// … 0.0037 mm).
 constexpr double kUsualRepeatability_mm = 0.004;
-/// Of the camera's place in its taper, X, Y and Z each, where its file brings no covariance: what
-/// probing the taper, or touching a mark on the machine, leaves.
+/// Uncertainty of the camera's position in its taper, X, Y and Z each, if its file has no
+/// covariance. Source: probing the taper, or touching a mark on the machine.
 constexpr double kUsualCameraOffset_mm = 0.010;
-/// Of each coordinate of a target where neither size nor covariance is stated: a length between
-/// targets is wrong by up to 50 µm + 20 µm/m, as is typical of portable photogrammetry (Luhmann et
-/// al. 2011, the budget's default), rectangular; each of its ends has a root of two less.
+/// Returns the usual uncertainty of a target's coordinate without stated size or covariance.
+/// Lengths are wrong by up to 50 µm + 20 µm/m, typical of portable photogrammetry (Luhmann et al.
+/// 2011, the budget's default), rectangular; each end has a root of two less.
 /// @param extent_mm  the diagonal of the box about all targets
 [[nodiscard]] double UsualTarget_mm(double extent_mm);
 
-/// Standard uncertainties (k = 1) of what goes into a measurement beside the pixels' own sigmas;
-/// all normal, 0: exact. What is absent counts with its usual size, never as 0.
+/// Standard uncertainties (k = 1) of a measurement's inputs beside the pixels' own sigmas; all
+/// normal, 0: exact. An absent value counts with its usual size, never as 0.
 struct InputUncertainty {
-  /// Each axis of each view's spindle position, independent. Absent: kUsualRepeatability_mm, and
-  /// what the residuals tell of it (repeatability.h).
+  /// Uncertainty of each axis of each view's spindle position, independent. Absent:
+  /// kUsualRepeatability_mm, and an estimate by the residuals (repeatability.h).
   std::optional<double> machine_mm;
-  /// Each coordinate of each target, the same in all views. Absent: UsualTarget_mm, or more where
-  /// the residuals ask for it (target_errors.h); 0 beside a covariance of the targets.
+  /// Uncertainty of each coordinate of each target, the same in all views. Absent: UsualTarget_mm,
+  /// or more if the residuals require it (target_errors.h); 0 beside a covariance of the targets.
   std::optional<double> target_mm;
-  // One value for the whole measurement; counts only where it is not among the unknowns.
+  // One value for the whole measurement; counts only if it is not among the unknowns.
   double clamp_angle_rad = 0;
   std::optional<double> clamp_eccentricity_mm;  ///< X and Y each; absent: kUsualEccentricity_mm
   double clamp_tilt_rad = 0;                    ///< about X and Y each
   double focal_length_mm = 0;
-  /// X, Y and Z each; absent: kUsualCameraOffset_mm, 0 beside a covariance of the camera.
+  /// Uncertainty of X, Y and Z each; absent: kUsualCameraOffset_mm, 0 beside a covariance of the
+  /// camera.
   std::optional<double> camera_offset_mm;
 };
 
-/// Pixels alone: nothing else is uncertain.
+/// Returns inputs of which only the pixels are uncertain.
 [[nodiscard]] InputUncertainty ExactInputs();
 
-/// What is stated elsewhere, and so is in no usual size.
+/// Inputs stated elsewhere, and thus excluded from the usual sizes.
 struct OtherwiseStated {
-  bool camera = false;   ///< by a covariance of its calibration
-  bool targets = false;  ///< by a covariance of their coordinates
+  bool camera = false;   ///< true if a calibration covariance is given
+  bool targets = false;  ///< true if a coordinate covariance is given
 };
 
-/// With the usual sizes in place of what is absent.
+/// Replaces absent inputs by their usual sizes.
 /// @param extent_mm  as of UsualTarget_mm
 [[nodiscard]] InputUncertainty WithUsualSizes(const InputUncertainty& inputs,
                                               OtherwiseStated otherwise, double extent_mm);

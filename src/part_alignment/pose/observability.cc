@@ -26,7 +26,7 @@ std::string Join(const std::vector<std::string>& names) {
   return text;
 }
 
-/// Where an observation's target lies from the spindle's axis and nose, spindle frame and machine
+/// Vector from the spindle's axis and nose to an observation's target, in spindle and machine
 /// frame.
 struct Lever {
   Vector3d spindle_mm;
@@ -45,7 +45,7 @@ Lever LeverOf(const WeightedObservation& observation, const Theta& theta) {
 
 double Rms(double sum, std::size_t count) { return std::sqrt(sum / static_cast<double>(count)); }
 
-/// Why the clamp angle is not seen; empty where levers differ.
+/// Explains why the clamp angle is unobservable; empty if levers differ.
 std::string WhyNoClampAngle(const PoseProblem& problem, const Theta& theta) {
   constexpr double kSameLever_mm = 1;
   std::map<std::size_t, std::vector<Vector3d>> levers;
@@ -81,7 +81,7 @@ bool SpindleTurns(const PoseProblem& problem) {
                      });
 }
 
-/// Twice the largest distance from the targets' best line.
+/// Computes twice the largest distance from the targets' best line.
 double Breadth(const PoseProblem& problem) {
   Eigen::Matrix3Xd points(3, static_cast<Index>(problem.observations.size()));
   for (std::size_t i = 0; i < problem.observations.size(); ++i) {
@@ -92,7 +92,7 @@ double Breadth(const PoseProblem& problem) {
   return lengths.size() > 1 ? 2 * lengths[1] : 0;
 }
 
-/// How far apart the targets' distances from the spindle's nose are, over their middle.
+/// Computes the spread of the targets' distances from the spindle's nose, relative to their median.
 double DistanceSpread(const PoseProblem& problem, const Theta& theta) {
   double least_mm = std::numeric_limits<double>::infinity();
   double most_mm = 0;
@@ -104,7 +104,7 @@ double DistanceSpread(const PoseProblem& problem, const Theta& theta) {
   return most_mm > 0 ? 2 * (most_mm - least_mm) / (most_mm + least_mm) : 0;
 }
 
-/// Why a direction is not seen, or not well; empty where nothing simple says it.
+/// Explains why a direction is unobservable or weak; empty without a simple reason.
 std::string Why(const PoseProblem& problem, const Theta& theta, const std::vector<bool>& involved) {
   const Layout layout = LayoutOf(problem.unknowns);
   const int lines_needed = (layout.size + 1) / 2;
@@ -146,8 +146,8 @@ std::string Why(const PoseProblem& problem, const Theta& theta, const std::vecto
   return {};
 }
 
-/// The same space of directions by vectors that each hold one unknown the others do not, so that
-/// two separate troubles are not told as one mixture (Gauss's elimination with pivots).
+/// Converts to a basis of the same space whose vectors each have one unknown that the others lack
+/// (Gauss's elimination with pivots). Two separate problems are then reported separately.
 Eigen::MatrixXd Separated(Eigen::MatrixXd directions) {
   for (Index k = 0; k < directions.cols(); ++k) {
     Index row = 0;
@@ -164,7 +164,7 @@ Eigen::MatrixXd Separated(Eigen::MatrixXd directions) {
   return directions.colwise().normalized();
 }
 
-/// What takes part in a direction, told from what.
+/// Names the unknowns in a direction that cannot be separated.
 /// @param seen  the direction is known, but not well enough
 std::string Told(const std::vector<std::string>& names, const std::vector<bool>& involved,
                  bool seen) {
@@ -211,7 +211,7 @@ std::string Words(const PoseProblem& problem, const Theta& theta, const Eigen::M
   return text;
 }
 
-/// Singular values and right vectors of the Jacobian with scaled columns.
+/// Computes singular values and right vectors of the Jacobian with scaled columns.
 geometry::SingularValues Decompose(const PoseProblem& problem, const Theta& theta,
                                    const Theta& units) {
   Eigen::MatrixXd jacobian = WeightedJacobian(problem, theta) * units.asDiagonal();

@@ -1,21 +1,21 @@
-// What the lines of sight can tell, and in which direction they tell least.
+// Observability by the lines of sight, and the weakest direction.
 #pragma once
 
 #include "part_alignment/pose/pose_problem.h"
 
 namespace trammel::part_alignment {
 
-/// What each unknown has to change by to move the targets by about 1 mm (mm or rad per mm), at
+/// Returns the change of each unknown that moves the targets by about 1 mm (mm or rad per mm), at
 /// theta in the middle frame.
 [[nodiscard]] Theta UnitsPerMillimetre(const PoseProblem& middle_problem, const Theta& theta);
 
-/// Directions that are known worse than this (k = 1) count as not seen at all.
+/// Uncertainty (k = 1) above which a direction counts as unobserved.
 constexpr double kUnseen_mm = 100;
 
-/// Rank and weakest direction by the singular values of the Jacobian with scaled columns: a
-/// singular value is one over the standard uncertainty along its direction. `words` are left empty
-/// where the weakest direction is known better than `limit_mm`. advice stays empty.
-/// @param middle_problem in its middle frame, at theta. REQUIRES that all targets are seen.
+/// Computes rank and weakest direction by the singular values of the Jacobian with scaled columns:
+/// a singular value is the inverse of the standard uncertainty along its direction. `words` is
+/// empty if the weakest direction's uncertainty is below `limit_mm`; advice is always empty.
+/// @param middle_problem in its middle frame, at theta. REQUIRES that all targets are visible.
 [[nodiscard]] Observability Observe(const PoseProblem& middle_problem, const Theta& theta,
                                     double limit_mm);
 

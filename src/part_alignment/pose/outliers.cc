@@ -32,7 +32,7 @@ std::vector<Suspicion> SingleObservations(const PoseProblem& problem,
   return suspicions;
 }
 
-/// Whole targets and whole views of at least two observations, and exchanged ids.
+/// Returns whole targets and whole views of at least two observations, and exchanged ids.
 std::vector<Suspicion> Groups(const PoseProblem& problem, const std::vector<std::string>& labels) {
   std::map<std::size_t, Indices> by_target;
   std::map<std::size_t, Indices> by_view;
@@ -76,7 +76,7 @@ std::vector<Suspicion> Pairs(const PoseProblem& problem, const std::vector<std::
   return suspicions;
 }
 
-/// The clamp angles to begin at: a wrong observation hardly moves the clamp angle by a quarter
+/// Returns the initial clamp angles: a wrong observation hardly moves the clamp angle by a quarter
 /// turn.
 std::vector<double> ClampStarts(const PoseProblem& problem, const Fit& all) {
   const Layout layout = LayoutOf(problem.unknowns);
@@ -90,7 +90,7 @@ bool Fits(const PoseProblem& problem, const Fit& fit) {
   return fit.found && fit.chi_square <= ChiSquareHigh(DegreesOfFreedom(problem));
 }
 
-/// Those of `kind` that make the rest fit, without those that hold another one.
+/// Returns the suspicions of `kind` that make the rest fit, without those that contain another one.
 std::vector<Outliers> Explanations(const PoseProblem& problem, const Fit& all,
                                    const std::vector<Suspicion>& kind) {
   std::vector<Outliers> explanations;
@@ -127,7 +127,7 @@ std::vector<Outliers> Explanations(const PoseProblem& problem, const Fit& all,
   return least;
 }
 
-/// For many observations: what a Cauchy loss leaves far off, again and again.
+/// Finds outliers of many observations: those that a Cauchy loss repeatedly puts far off.
 Outliers ByRobustLoss(const PoseProblem& problem, const Fit& all,
                       const std::vector<std::string>& labels) {
   constexpr double kLoss_sigma = 2;

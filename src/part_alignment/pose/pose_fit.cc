@@ -19,7 +19,7 @@ using Eigen::Vector3d;
 
 namespace {
 
-/// The normal equations at one theta.
+/// Normal equations at one theta.
 struct Normal {
   ThetaMatrix matrix;
   Theta right;
@@ -48,9 +48,9 @@ bool Build(const PoseProblem& problem, const Theta& theta, const CauchyLoss& los
   return std::isfinite(normal.chi_square);
 }
 
-/// The step with each unknown scaled to its own column. The ridge keeps a direction that nothing
-/// determines from running away; it costs the others a factor 1e-9 / (their share), some 1e-5, of
-/// each step, which the next one makes good.
+/// Computes the step with each unknown scaled to its own column. The ridge bounds a direction that
+/// nothing determines. It costs the others a factor 1e-9 / (their share), some 1e-5, of each step,
+/// which the next one corrects.
 Theta Step(const Normal& normal, double damping) {
   constexpr double kRidge = 1e-9;
   const Theta scale =
@@ -66,8 +66,8 @@ Theta Step(const Normal& normal, double damping) {
 
 Descent Descend(const PoseProblem& problem, const Theta& start, const CauchyLoss& loss) {
   constexpr int kMostSteps = 60;
-  constexpr double kStill = 1e-16;    // of squared sigmas
-  constexpr double kRounding = 1e-9;  // of chi-square, below which a rise means nothing
+  constexpr double kStill = 1e-16;    // change of squared sigmas
+  constexpr double kRounding = 1e-9;  // chi-square increase within rounding error
   constexpr double kFirstDamping = 1e-4;
   constexpr double kLeastDamping = 1e-7;
   constexpr double kMostDamping = 1e12;
@@ -117,7 +117,7 @@ struct Line {
   Vector3d part_mm;  // the target, from the middle of all
 };
 
-/// The lines of sight in the machine's frame; empty where a pixel has none.
+/// Computes the lines of sight in the machine's frame; empty if a pixel has none.
 std::vector<Line> MachineLines(const PoseProblem& problem, double clamp_angle_rad,
                                const Vector3d& middle_mm) {
   const geometry::Pose& taper = problem.camera.taper_from_camera;
@@ -159,7 +159,7 @@ LineEnergy EnergyOf(const std::vector<Line>& lines) {
   Vector9 r = Vector9::Zero();
   Vector3d d = Vector3d::Zero();
   for (const Line& line : lines) {
-    // Parallel lines leave the way along them open: a slight pull towards a usual distance.
+    // Parallel lines do not determine the position along them: a slight pull to a usual distance.
     const Matrix3d pull =
         (1 + kPull) * Matrix3d::Identity() - line.direction * line.direction.transpose();
     const Vector3d aim = pull * line.origin_mm + kPull * kUsualDistance_mm * line.direction;
@@ -189,7 +189,7 @@ double Value(const LineEnergy& energy, const Vector9& r) {
   return r.dot(energy.quadratic * r) - 2 * r.dot(energy.linear);
 }
 
-/// Gauss-Newton on the rotations, damped.
+/// Minimises by damped Gauss-Newton on the rotations.
 Matrix3d DescendRotation(const LineEnergy& energy, Matrix3d rotation) {
   constexpr int kSteps = 40;
   double damping = 1e-3;
@@ -225,7 +225,8 @@ Matrix3d DescendRotation(const LineEnergy& energy, Matrix3d rotation) {
   return rotation;
 }
 
-/// The 24 turns of a cube onto itself, and the same about a frame turned by half a radian per axis.
+/// Returns the 24 rotations of a cube onto itself, and the same about a frame rotated by half a
+/// radian per axis.
 std::vector<Matrix3d> Starts() {
   std::vector<Matrix3d> starts;
   const double quarter = std::numbers::pi / 2;
@@ -261,7 +262,7 @@ bool InFront(const std::vector<Line>& lines, const Candidate& candidate) {
 
 std::vector<Theta> FirstGuesses(const PoseProblem& problem, double clamp_angle_rad,
                                 std::size_t most) {
-  constexpr double kSame = 1e-3;  // of rotation entries
+  constexpr double kSame = 1e-3;  // change of rotation entries
   const MiddleFrame frame = MiddleFrameOf(problem, Matrix3d::Identity());
   const std::vector<Line> lines = MachineLines(problem, clamp_angle_rad, frame.middle_mm);
   if (lines.empty()) {
@@ -297,10 +298,10 @@ std::vector<Theta> FirstGuesses(const PoseProblem& problem, double clamp_angle_r
 namespace {
 
 constexpr double kOneIn = 1e-4;
-/// Of an answer that nothing checks: it must fit exactly.
+/// Limit for an answer without redundancy: it must fit exactly.
 constexpr double kExact = 1e-6;
 
-/// Whether two solutions are different places, not one to its rounding.
+/// True if two solutions differ by more than rounding.
 bool Differ(const PoseProblem& problem, const Theta& a, const Theta& b) {
   constexpr double kApart = 1e-3;
   const Layout layout = LayoutOf(problem.unknowns);

@@ -18,20 +18,20 @@ struct Descent {
   bool converged = false;
 };
 
-/// Equations 10-13 of Mendikute et al. with weights, from `start`. A step that sees a target no
-/// more or fits worse is taken again with Levenberg's damping. Converged: the next step would move
-/// no projected place by more than 1e-8 sigma. Never allocates. chi_square is infinite where
-/// already the start does not see a target.
-/// @param loss  under which wrong targets pull little; chi_square is then its cost
+/// Descends from `start` by equations 10-13 of Mendikute et al. with weights. A step that loses
+/// sight of a target or fits worse is repeated with Levenberg's damping. Converged: the next step
+/// would move no projected place by more than 1e-8 sigma. Never allocates. chi_square is infinite
+/// if the start does not see a target.
+/// @param loss  reduces the pull of wrong targets; chi_square is then its cost
 [[nodiscard]] Descent Descend(const PoseProblem& problem, const Theta& start,
                               const CauchyLoss& loss = {});
 
-/// Poses (theta of the problem, clamping centred) that bring the targets near their lines of sight
-/// and in front of the camera, best first, at most `most`.
+/// Finds poses (theta of the problem, clamping centred) that bring the targets near their lines of
+/// sight and in front of the camera, best first, at most `most`.
 ///
 /// For a clamp angle the sum of squared distances of targets from lines is quadratic in the
 /// rotation matrix once the translation is eliminated (as for generalised cameras, Schweighofer &
-/// Pinz 2008); it is descended on the rotations from 48 starts all over them. Empty: no rotation
+/// Pinz 2008). It is descended on the rotations from 48 starts all over them. Empty: no rotation
 /// brings the targets to the visible side. REQUIRES at least one observation.
 [[nodiscard]] std::vector<Theta> FirstGuesses(const PoseProblem& problem, double clamp_angle_rad,
                                               std::size_t most);
@@ -45,50 +45,51 @@ struct Fit {
   std::optional<Theta> other;  ///< another pose that fits within the bound, elsewhere
 };
 
-/// The most that chi-square reaches but for 1 in 10,000 (and the least, likewise).
+/// Quantiles of chi-square: exceeded (fallen below, likewise) in 1 of 10,000.
 [[nodiscard]] double ChiSquareHigh(int degrees_of_freedom);
 [[nodiscard]] double ChiSquareLow(int degrees_of_freedom);
 [[nodiscard]] int DegreesOfFreedom(const PoseProblem& problem);
 
-/// Whether the observations tell every unknown at all (observability.h).
+/// True if the observations determine every unknown (observability.h).
 [[nodiscard]] bool FullRank(const PoseProblem& problem, const Theta& theta);
 
-/// One descent from a guess, in the guess's middle frame: pose and clamp angle first, then the
+/// Descends once from a guess, in the guess's middle frame: pose and clamp angle first, then the
 /// rest. Its chi_square is JointChiSquare.
 [[nodiscard]] Descent Refine(const PoseProblem& problem, const Theta& guess);
 
-/// The best of the descents from FirstGuesses at the clamp angles given.
+/// Returns the best of the descents from FirstGuesses at the clamp angles given.
 [[nodiscard]] Fit FitFrom(const PoseProblem& problem, const std::vector<double>& clamp_angles_rad);
 
-/// FitFrom clamp angle 0, and from all around where nothing fits there.
+/// Fits from clamp angle 0, and from all around if nothing fits there.
 [[nodiscard]] Fit SolveWithoutInitialGuess(const PoseProblem& problem);
 
-/// One plan (views, targets, sigmas), prepared once near a state; then pixels in, pose out without
-/// an allocation. No outlier search and no verdict: Solve does those.
+/// Solver for one plan (views, targets, sigmas), prepared once near a state. Converts pixels to a
+/// pose without an allocation. Does no outlier search and has no verdict: Solve does.
 class PoseSolver {
  public:
-  /// Of the options unknowns and what is uncertain count, as in Solve. The errors are those of
-  /// Solve.
+  /// Makes a solver; of the options, unknowns and uncertainties count, as in Solve. The errors are
+  /// those of Solve.
   [[nodiscard]] static Result<PoseSolver> Make(const Measurement& measurement,
                                                const SolveOptions& options,
                                                const geometry::Pose& machine_from_part,
                                                const Clamping& clamping);
 
-  /// The observations in the order of views and observations; REQUIRES one pixel for each.
-  /// theta as in Alignment::parameters; chi_square infinite where a target is not seen.
+  /// Solves for the pixels in the order of views and observations. REQUIRES one pixel for each
+  /// observation. theta as in Alignment::parameters; chi_square infinite if a target is not
+  /// visible.
   [[nodiscard]] Descent SolvePixels(std::span<const Eigen::Vector2d> pixels);
 
   [[nodiscard]] const PoseProblem& problem() const { return own_; }
-  /// Of the state it was made near.
+  /// State near which the solver was made.
   [[nodiscard]] const Theta& state() const { return state_; }
 
  private:
   PoseSolver() = default;
 
-  /// From the pose by weights to the one beside which the inputs' errors are the likeliest.
+  /// Moves theta from the weighted pose to that of the likeliest input errors.
   void AddErrorsOfInputs(std::span<const Eigen::Vector2d> pixels, Theta& theta) const;
 
-  PoseProblem own_;     // in the part's frame
+  PoseProblem own_;     // part frame
   PoseProblem middle_;  // the same in its middle frame
   MiddleFrame frame_;
   Theta state_;

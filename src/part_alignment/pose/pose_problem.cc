@@ -30,7 +30,7 @@ struct UnknownGroup {
   std::array<const char*, 3> parameters;
   std::array<const char*, 3> words;
 };
-// What may be solved for beside the pose, in the order of theta.
+// Unknowns that may join the pose, in the order of theta.
 constexpr std::array kGroups{
     UnknownGroup{
         &Unknowns::clamp_angle, &Layout::clamp_angle, 1, {"clamp_angle_rad"}, {"the clamp angle"}},
@@ -161,7 +161,7 @@ Chain::Chain(const PoseProblem& problem, const Theta& theta, bool with_derivativ
   for (int i = 0; i < 3; ++i) {
     by_part_angle_[i] = RotationDerivative(part_rad, i);
   }
-  // The angle enters as Rz(-angle): equation 27 with its element (3, 3) put right to 0.
+  // The angle enters as Rz(-angle): equation 27 with its element (3, 3) corrected to 0.
   by_clamp_angle_ =
       camera_from_taper_ * (-RotationDerivative(about_z, 2) * tilt_x * tilt_y).transpose();
   by_tilt_[0] = camera_from_taper_ * (turn * RotationDerivative(about_x, 0) * tilt_y).transpose();

@@ -1,4 +1,4 @@
-// The least-squares problem behind an alignment: residuals and their derivatives.
+// Least-squares problem of an alignment: residuals and their derivatives.
 #pragma once
 
 #include <Eigen/Core>
@@ -16,14 +16,14 @@
 namespace trammel::part_alignment {
 
 constexpr int kMostUnknowns = 15;
-/// Values of the unknowns: x y z (mm) alpha beta gamma (rad), then those asked for, in the order of
-/// Unknowns. No heap: the hot path makes many.
+/// Values of the unknowns: x y z (mm) alpha beta gamma (rad), then the optional ones, in the order
+/// of Unknowns. No heap: the hot path makes many.
 using Theta = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMostUnknowns, 1>;
 using ThetaMatrix =
     Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMostUnknowns, kMostUnknowns>;
 using ObservationDerivative = Eigen::Matrix<double, 2, Eigen::Dynamic, 0, 2, kMostUnknowns>;
 
-/// Where each unknown stands in Theta; -1: not asked for.
+/// Index of each unknown in Theta; -1: not solved for.
 struct Layout {
   int clamp_angle = -1;
   int clamp_eccentricity = -1;
@@ -34,25 +34,25 @@ struct Layout {
 };
 [[nodiscard]] Layout LayoutOf(const Unknowns& unknowns);
 
-/// Names with units, as in Alignment::parameters.
+/// Returns names with units, as in Alignment::parameters.
 [[nodiscard]] std::vector<std::string> ParameterNames(const Unknowns& unknowns);
-/// For people, in the same order: "the part's X", "the clamp angle".
+/// Returns names for people, in the same order: "the part's X", "the clamp angle".
 [[nodiscard]] std::vector<std::string> UnknownNames(const Unknowns& unknowns);
 
-/// One line of sight: a target seen in a view.
+/// Line of sight: a target observed in a view.
 struct WeightedObservation {
   Eigen::Vector3d part_mm = Eigen::Vector3d::Zero();
   Eigen::Matrix3d spindle_from_machine = Eigen::Matrix3d::Identity();  ///< R_cnc^T
   Eigen::Vector3d spindle_mm = Eigen::Vector3d::Zero();                ///< d_cnc
   Eigen::Vector2d pixel = Eigen::Vector2d::Zero();
-  double sigma_px = 1;        ///< its weight is one over the square
-  double pixel_sigma_px = 1;  ///< as stated, without the share of machine and targets
+  double sigma_px = 1;        ///< weight: 1 / sigma_px^2
+  double pixel_sigma_px = 1;  ///< as stated, without machine and target errors
   std::size_t view = 0;
   std::size_t target = 0;
 };
 
-/// What is uncertain beside the pixels; covariances as their roots, which make them of independent
-/// draws of unit variance.
+/// Input errors beside the pixels; covariances as their roots, which make them of independent draws
+/// of unit variance.
 struct InputErrors {
   double machine_mm = 0;    ///< each axis of each view's spindle position
   Theta common;             ///< CommonSigmas; empty: all 0
@@ -67,20 +67,20 @@ struct PoseProblem {
   InputErrors errors = {};
 };
 
-/// The problem without some of its observations.
+/// Returns the problem without some of its observations.
 [[nodiscard]] PoseProblem Without(const PoseProblem& problem,
                                   const std::vector<std::size_t>& left_out);
 
-/// What does not change from observation to observation at one theta.
+/// Quantities common to all observations at one theta.
 class Chain {
  public:
   Chain(const PoseProblem& problem, const Theta& theta, bool with_derivatives);
 
-  /// Measured minus projected, px. False where the camera cannot see the target.
+  /// Computes measured minus projected, px. False if the camera cannot see the target.
   [[nodiscard]] bool Residual(const WeightedObservation& observation,
                               Eigen::Vector2d& residual_px) const;
-  /// The same with the derivative of the *projected* place by theta (minus that of the residual).
-  /// REQUIRES with_derivatives.
+  /// Computes the residual and the derivative of the *projected* place by theta (minus that of the
+  /// residual). REQUIRES with_derivatives.
   [[nodiscard]] bool ResidualAndDerivative(const WeightedObservation& observation,
                                            Eigen::Vector2d& residual_px,
                                            ObservationDerivative& derivative) const;
@@ -100,50 +100,50 @@ class Chain {
   std::array<Eigen::Matrix3d, 2> by_tilt_;
 };
 
-/// Theta of a pose, with the camera's own focal length and offset and the given clamping.
+/// Returns theta of a pose, with the camera's own focal length and offset and the given clamping.
 [[nodiscard]] Theta ThetaOf(const PoseProblem& problem, const geometry::Pose& machine_from_part,
                             const Clamping& clamping);
 [[nodiscard]] geometry::Pose PoseOf(const Theta& theta);
 [[nodiscard]] Clamping ClampingOf(const Layout& layout, const Theta& theta);
-/// The problem's camera with what theta has of it.
+/// Returns the problem's camera with the values that theta has of it.
 [[nodiscard]] Camera CameraOf(const PoseProblem& problem, const Theta& theta);
 
-/// The whole Jacobian of the projected places, each row divided by its sigma: (2 · observations,
-/// unknowns). Empty where a target cannot be seen.
+/// Computes the whole Jacobian of the projected places, each row divided by its sigma: (2 ·
+/// observations, unknowns). Empty if a target is not visible.
 [[nodiscard]] Eigen::MatrixXd WeightedJacobian(const PoseProblem& problem, const Theta& theta);
 
-/// Sum of squared residuals in sigmas; infinite where a target cannot be seen.
+/// Computes the sum of squared residuals in sigmas; infinite if a target is not visible.
 [[nodiscard]] double ChiSquare(const PoseProblem& problem, const Theta& theta);
 
-/// The part's frame moved to the middle of the targets and turned, so that the angles of a solution
-/// nearby are small (no gimbal lock) and translation and rotation hardly correlate.
+/// Part's frame, moved to the middle of the targets and rotated. Angles of a solution nearby are
+/// then small (no gimbal lock), and translation and rotation hardly correlate.
 struct MiddleFrame {
   Eigen::Vector3d middle_mm = Eigen::Vector3d::Zero();
   Eigen::Matrix3d turned = Eigen::Matrix3d::Identity();
 };
 [[nodiscard]] PoseProblem InMiddleFrame(const PoseProblem& problem, const MiddleFrame& frame);
-/// Theta of the problem in its own frame, from theta in the middle frame; and back.
+/// Converts theta from the middle frame to the problem's own frame, and back.
 [[nodiscard]] Theta FromMiddleFrame(const MiddleFrame& frame, const Theta& theta);
 [[nodiscard]] Theta ToMiddleFrame(const MiddleFrame& frame, const Theta& theta);
-/// Middle of the observations' targets, turned as in `machine_from_part`.
+/// Returns the frame at the middle of the observations' targets, rotated as in `machine_from_part`.
 [[nodiscard]] MiddleFrame MiddleFrameOf(const PoseProblem& problem,
                                         const Eigen::Matrix3d& machine_from_part);
 
-/// Errors (kInput) say what a covariance of the targets' coordinates is not: of their size, of
-/// numbers, symmetric, nowhere below 0.
+/// Checks a covariance of the targets' coordinates. Errors (kInput) report a wrong size, entries
+/// that are no numbers, asymmetry, a variance below 0.
 [[nodiscard]] Result<void> ValidateTargetCovariance(const Eigen::MatrixXd& covariance,
                                                     std::size_t target_count);
 
-/// The options' inputs as they count for a measurement: usual sizes in place of what is not stated.
+/// Returns the options' inputs with usual sizes in place of those that are not stated.
 [[nodiscard]] InputUncertainty CountedInputs(const Measurement& measurement,
                                              const SolveOptions& options);
 
-/// With the errors of the inputs, usual sizes in place of what is not stated. The errors are those
-/// of Solve, as below.
+/// Makes a problem with input errors; usual sizes replace those not stated. The errors are those of
+/// Solve, as below.
 [[nodiscard]] Result<PoseProblem> MakeProblem(const Measurement& measurement,
                                               const SolveOptions& options);
 
-/// Without errors of inputs.
+/// Makes a problem without input errors.
 [[nodiscard]] Result<PoseProblem> MakeProblem(const Measurement& measurement,
                                               const Unknowns& unknowns);
 

@@ -23,7 +23,7 @@ using Eigen::Vector3d;
 
 namespace {
 
-/// Without the observations that the answer left out.
+/// Removes the observations that the answer left out.
 Measurement Kept(Measurement measurement, const Alignment& alignment) {
   for (const AlignmentResidual& residual : alignment.residuals) {
     if (residual.weight != 0 || residual.view >= measurement.views.size()) continue;
@@ -33,8 +33,8 @@ Measurement Kept(Measurement measurement, const Alignment& alignment) {
   return measurement;
 }
 
-/// The fixed part of the model at the state: the solver takes the clamping that it does not solve
-/// for as centred, so a state with another clamping would be a bias, not an uncertainty.
+/// Checks the fixed part of the model at the state. The solver assumes a centred clamping unless it
+/// solves for it, so a state with another clamping would be a bias, not an uncertainty.
 Result<void> CheckFixed(const Unknowns& unknowns, const AlignmentState& state) {
   const Clamping& clamping = state.clamping;
   if ((!unknowns.clamp_angle && clamping.angle_rad != 0) ||
@@ -53,7 +53,7 @@ Result<PoseSolver> Prepare(const Measurement& measurement, const SolveOptions& o
   return PoseSolver::Make(measurement, options, state.machine_from_part, state.clamping);
 }
 
-/// One draw of all inputs: what the camera sees then. False where it does not see a target.
+/// Draws all inputs once and computes the camera's view of them. False if it does not see a target.
 class Drawer {
  public:
   Drawer(const PoseProblem& problem, const Theta& everything)
@@ -133,7 +133,8 @@ class Drawer {
   Eigen::VectorXd target_draws_;
 };
 
-/// Moments, quantiles and the share within the linear region; errors: one column per trial.
+/// Computes moments, quantiles and the share within the linear region; errors: one column per
+/// trial.
 void Summarise(const MatrixXd& errors, const MatrixXd& linear, MonteCarloUncertainty& result) {
   const Index unknowns = errors.rows();
   const double count = static_cast<double>(errors.cols());

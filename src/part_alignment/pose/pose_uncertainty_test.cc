@@ -109,7 +109,7 @@ TEST(PoseUncertainty, AnUncertainCalibrationMovesTheAnswerAsStated) {
     SCOPED_TRACE(focal_length);
     Measurement measurement = bench.measurement;
     if (focal_length) {
-      // At one distance nothing tells it.
+      // A single distance does not determine the focal length.
       for (std::size_t i = 0; i < measurement.views.size(); i += 2) {
         measurement.views[i].spindle_mm.z() -= 80;
       }

@@ -20,8 +20,8 @@ using Eigen::Vector2d;
 
 namespace {
 
-/// The residuals of all observations; those left out have weight 0.
-/// @param common  what is estimated of clamping and camera beside the unknowns
+/// Fills in the residuals of all observations; excluded ones have weight 0.
+/// @param common  estimates of clamping and camera beside the unknowns
 void FillResiduals(const PoseProblem& problem, const Theta& theta, const Theta& common,
                    const std::vector<std::size_t>& left_out, const std::vector<std::string>& labels,
                    Alignment& alignment) {
@@ -82,8 +82,8 @@ std::string TooLarge(const Alignment& alignment) {
       worst->view + 1, worst->column_px, worst->row_px);
 }
 
-/// Takes the alignment by reference: the words of the reason may be its own, and an argument by
-/// value could be moved from before they are read.
+/// Refuses an alignment, taken by reference: the text of the reason may be its own, and an argument
+/// by value could be moved from before it is read.
 Alignment Refuse(Alignment&& alignment, Verdict verdict, std::string reason) {
   Alignment refused = std::move(alignment);
   refused.verdict = verdict;
@@ -91,8 +91,8 @@ Alignment Refuse(Alignment&& alignment, Verdict verdict, std::string reason) {
   return refused;
 }
 
-/// Weighs the observations by pixels and machine: a target's error is the same in all views, so
-/// that none of them tells it, and only widens the answer.
+/// Weighs the observations by pixels and machine. A target's error is the same in all views: no
+/// view shows it, and it only widens the result.
 PoseProblem ByViews(PoseProblem problem, const Theta& theta) {
   problem.errors.targets.resize(0, 0);
   InflateSigmas(theta, problem);
@@ -103,8 +103,8 @@ bool TargetsStated(const SolveOptions& options) {
   return options.inputs.target_mm || options.target_covariance;
 }
 
-/// Says that targets of which nothing is stated are worse than usual; where they leave the part's
-/// place less certain than the weakest direction may be, that is the verdict.
+/// Reports that targets without stated errors are worse than usual. The verdict reports it if the
+/// part's place is then less certain than the weakest direction may be.
 Alignment JudgeTargets(const Measurement& measurement, const SolveOptions& options,
                        Alignment alignment) {
   constexpr double kMuchMore = 2;
@@ -125,7 +125,7 @@ Alignment JudgeTargets(const Measurement& measurement, const SolveOptions& optio
   return alignment;
 }
 
-/// Observability, and what else can keep a fit from being an answer.
+/// Checks observability, and all else that can invalidate a fit.
 Alignment Judge(const PoseProblem& problem, const Fit& fit, const Measurement& measurement,
                 const SolveOptions& options, Alignment alignment) {
   constexpr double kGimbalLock = 1e-6;
@@ -165,9 +165,9 @@ Alignment Judge(const PoseProblem& problem, const Fit& fit, const Measurement& m
   return JudgeTargets(measurement, options, std::move(alignment));
 }
 
-/// Why no camera in a spindle can be as its file has it; empty: it can. No residual notices one
-/// that looks the other way: turned by half a turn in its clamping it sees a part behind itself,
-/// twice its distance off, as well.
+/// Explains why no camera in a spindle can match its file; empty: it can. No residual shows a
+/// camera that looks the other way. Turned by half a turn in its clamping, it also sees a part
+/// behind itself, twice its distance off.
 std::string LooksBack(const Camera& camera) {
   constexpr double kHeldOut_mm = 20;
   constexpr double kBackwards = 0.5;  // within 60 degrees
@@ -177,7 +177,7 @@ std::string LooksBack(const Camera& camera) {
       side * geometry::RotationFromAngles(camera.taper_from_camera.angles_rad).col(2);
   const bool at_taper =
       out_mm.norm() >= kHeldOut_mm && view.dot(out_mm) < -kBackwards * out_mm.norm();
-  // The taper's z shows into the spindle.
+  // The taper's z points into the spindle.
   if (!at_taper && view.z() < kBackwards) return {};
   return fmt::format(
       "by its file the camera looks back at the spindle that holds it (along {:.2f}, {:.2f}, "
@@ -187,7 +187,8 @@ std::string LooksBack(const Camera& camera) {
       view.x(), view.y(), view.z(), out_mm.x(), out_mm.y(), out_mm.z());
 }
 
-/// Two axes of the wrong sign are, to pictures, a camera that is clamped the other way round.
+/// Notices a reversed clamping: in pictures, two axes of the wrong sign look like a camera clamped
+/// the other way round.
 void NoticeTurnedClamping(Alignment& alignment) {
   constexpr double kTurned_rad = 0.5;
   const double turned_rad = alignment.clamping.angle_rad;
@@ -198,7 +199,7 @@ void NoticeTurnedClamping(Alignment& alignment) {
                   turned_rad * 180 / std::numbers::pi));
 }
 
-/// By how much the worst of what was left out is off; nothing where none of it can be projected.
+/// Formats the worst residual of the excluded observations; empty if none of them projects.
 std::string FarthestOff(const std::vector<AlignmentResidual>& residuals,
                         const std::vector<std::size_t>& observations) {
   double farthest_px = 0;
@@ -209,7 +210,7 @@ std::string FarthestOff(const std::vector<AlignmentResidual>& residuals,
                          : std::string();
 }
 
-/// The fit with the inputs' errors estimated beside it; `common` are those of clamping and camera.
+/// Fit with the estimated errors of the inputs; `common` are those of clamping and camera.
 struct SettledFit {
   Fit fit;
   Theta common;
@@ -229,13 +230,13 @@ SettledFit Settle(const PoseProblem& problem, Fit fit) {
   return settled;
 }
 
-/// A problem with its answer, or without.
+/// Problem with its solution, if there is one.
 struct Answer {
-  PoseProblem problem;      ///< of all observations, with the errors of `inputs`
-  InputUncertainty inputs;  ///< as they count: what nobody stated by the residuals
+  PoseProblem problem;      ///< all observations, with the errors in `inputs`
+  InputUncertainty inputs;  ///< as used: unstated ones from the residuals
   std::vector<std::size_t> left_out;
   Fit fit;
-  std::string what_is_wrong;  ///< of left_out, for people
+  std::string what_is_wrong;  ///< description of left_out for users
   std::string doubt;
   bool fits = false;
 };
@@ -245,8 +246,8 @@ bool Fits(const PoseProblem& problem, const Fit& fit) {
   return fit.found && (freedom <= 0 || fit.chi_square <= ChiSquareHigh(freedom));
 }
 
-/// Gives machine and targets, where nobody stated them, the errors that the residuals ask for, and
-/// fits again by them.
+/// Sets the errors of machine and targets, unless stated, to those that the residuals require, and
+/// fits again.
 /// @param share  as of TargetErrorByResiduals
 Fit FitByResiduals(const Fit& fit, const SolveOptions& options, double share, PoseProblem& problem,
                    InputUncertainty& inputs) {
@@ -264,10 +265,10 @@ Fit FitByResiduals(const Fit& fit, const SolveOptions& options, double share, Po
   return {true, descent.converged, descent.theta, descent.chi_square, fit.steps, fit.other};
 }
 
-/// What falls below so much of a scatter in one of five samples.
+/// Probability of the chi-square quantile: one of five samples has less scatter.
 constexpr double kOneInFive = 0.2;
 
-/// The answer of all observations, if machine and targets may be worse than usual to make it fit.
+/// Solves with all observations, if machine and targets may be worse than usual to make it fit.
 Answer ByAllObservations(const Answer& usual, const SolveOptions& options) {
   if (!usual.fit.found || (options.inputs.machine_mm && TargetsStated(options))) return usual;
   Answer scattered = usual;
@@ -279,7 +280,7 @@ Answer ByAllObservations(const Answer& usual, const SolveOptions& options) {
   judged.chi_square = JointChiSquare(worst, judged.theta);
   scattered.fits = Fits(worst, judged);
   if (!scattered.fits) return usual;
-  if (!usual.fits) {  // what larger errors let fit, they may let fit elsewhere too
+  if (!usual.fits) {  // larger errors may also permit a fit elsewhere
     scattered.fit.other = SolveWithoutInitialGuess(scattered.problem).other;
   }
   return scattered;
@@ -288,7 +289,7 @@ Answer ByAllObservations(const Answer& usual, const SolveOptions& options) {
 Answer WithoutWrong(const Answer& usual, const Outliers& wrong, const SolveOptions& options) {
   Answer answer{usual.problem, usual.inputs, wrong.observations, wrong.fit, wrong.what, {}, true};
   PoseProblem kept = Without(usual.problem, wrong.observations);
-  // The best of as many remainders as there are targets scatters less than one.
+  // The best of as many remainders as there are targets scatters less than a single one.
   const double share =
       kOneInFive / static_cast<double>(std::max<Eigen::Index>(1, kept.errors.targets.rows() / 3));
   answer.fit = FitByResiduals(wrong.fit, options, share, kept, answer.inputs);
@@ -297,9 +298,10 @@ Answer WithoutWrong(const Answer& usual, const Outliers& wrong, const SolveOptio
   return answer;
 }
 
-/// The pose from nothing, and by it what a millimetre of machine and targets is worth in pixels.
+/// Fits the pose without a guess, and computes the effect of a millimetre of machine and targets in
+/// pixels.
 Fit FirstFit(const SolveOptions& options, PoseProblem& problem) {
-  // A machine of which nothing is known may be as bad as machines are.
+  // A machine without stated repeatability may be as bad as machines are.
   PoseProblem rough = problem;
   if (!options.inputs.machine_mm) rough.errors.machine_mm = kWorstRepeatability_mm;
   const Fit fit = SolveWithoutInitialGuess(rough);
@@ -312,8 +314,8 @@ Fit FirstFit(const SolveOptions& options, PoseProblem& problem) {
 
 Answer FindAnswer(PoseProblem problem, const InputUncertainty& inputs,
                   const std::vector<std::string>& labels, const SolveOptions& options) {
-  // Leaving an observation out explains residuals better than a machine, or targets, of large
-  // errors where the rest says that they are three times as good.
+  // Excluding an observation explains residuals better than large errors of machine or targets, if
+  // the rest shows that they are three times as good.
   constexpr double kBetter = 3;
   const Fit fit = FirstFit(options, problem);
   const Answer usual{problem, inputs, {}, fit, {}, {}, Fits(problem, fit)};
@@ -328,7 +330,7 @@ Answer FindAnswer(PoseProblem problem, const InputUncertainty& inputs,
   return all.fits && !better ? all : rest;
 }
 
-/// The inputs that count with a size that nobody stated.
+/// Lists the inputs that count with their usual size.
 std::vector<std::string> UsualInputs(const SolveOptions& options) {
   std::vector<std::string> usual;
   const InputUncertainty& inputs = options.inputs;
@@ -465,7 +467,7 @@ DistanceRange SeenDistances(const Measurement& measurement, const Alignment& ali
 
 namespace {
 
-/// The largest standard uncertainty of x, y and z.
+/// Returns the largest standard uncertainty of x, y and z.
 double PlaceSigma(const Alignment& alignment) {
   if (alignment.covariance.rows() < 3) return 0;
   return std::sqrt(alignment.covariance.diagonal().head<3>().maxCoeff());

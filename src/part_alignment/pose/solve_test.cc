@@ -25,7 +25,7 @@ using ::testing::HasSubstr;
 
 namespace {
 
-/// Of observations without noise: the pixel's rounding (2e-13 px) by 0.1 mm per px, and by 2 m.
+/// Tolerance without noise: the pixel's rounding (2e-13 px) by 0.1 mm per px, and by 2 m.
 constexpr double kExact_mm = 1e-9;
 constexpr double kExact_rad = 1e-12;
 
@@ -60,7 +60,7 @@ TEST(Solve, WithoutNoiseReturnsTheTruthInEveryConvention) {
 }
 
 TEST(Solve, NeverBelievesACameraThatLooksTheOtherWay) {
-  // Of the camera's side, its turn about x and the sign of its place each may be wrong.
+  // Each may be wrong: the camera's side, its turn about x, the sign of its position.
   for (const bool plus_z : {false, true}) {
     AlignmentWorld world = BenchWorld();
     world.camera.looks_along_plus_z = plus_z;
@@ -274,7 +274,7 @@ Measurement TakenBy(const CameraVector& off, AlignmentWorld world, double sigma_
   return measurement;
 }
 
-/// Of 200 cameras drawn from the covariance.
+/// Statistics of 200 cameras drawn from the covariance.
 struct Scatter {
   double mahalanobis2 = 0;  ///< mean, of the part's error in what is stated
   double chi_square = 0;    ///< mean per degree of freedom
@@ -383,7 +383,7 @@ TEST(Solve, EccentricityAtOneOrientationIsToldFromNothing) {
   EXPECT_THAT(alignment.reason, HasSubstr("same orientation of the spindle"));
 }
 
-// What is advised is taken, and then the same measurement is good.
+// Given the advised views, the same measurement is good.
 TEST(Solve, TheAdvisedViewsMakeTheAnswerGood) {
   AlignmentWorld world = BenchWorld();
   LookFrom(world, [](std::size_t) { return Vector2d(30, 5); });

@@ -1,4 +1,4 @@
-// What the tests of Solve share.
+// Shared support of Solve's tests.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -25,7 +25,7 @@ inline Alignment Solved(const test_support::AlignmentWorld& world, const SolveOp
   return alignment.value_or(Alignment{});
 }
 
-/// Of the part's place and angles: mm, rad.
+/// Returns the error of the part's position and angles: mm, rad.
 inline Eigen::Matrix<double, 6, 1> PartError(const test_support::AlignmentWorld& world,
                                              const Alignment& alignment) {
   Eigen::Matrix<double, 6, 1> error;

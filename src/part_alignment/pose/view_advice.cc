@@ -18,11 +18,11 @@ using Eigen::Vector3d;
 
 namespace {
 
-/// How the camera sits in the spindle, at theta.
+/// Mounting of the camera in the spindle, at theta.
 struct Mounting {
   Camera camera;
   Matrix3d spindle_from_camera;
-  Vector3d origin_mm;  // of the camera, spindle frame
+  Vector3d origin_mm;  // camera origin, spindle frame
 };
 
 Mounting MountingOf(const PoseProblem& problem, const Theta& theta) {
@@ -57,7 +57,7 @@ bool InField(const Camera& camera, const Vector2d& pixel, double field_share) {
   return ((pixel - centre).cwiseAbs() - field_share * centre).maxCoeff() <= kRounding_px;
 }
 
-/// Fills what the view sees and tells.
+/// Fills in the targets that the view sees, and its information.
 void Inform(const Chain& chain, const Camera& camera, const Theta& units,
             const std::vector<Vector3d>& targets_mm, const CandidateOptions& options,
             CandidateView& view) {
@@ -129,7 +129,7 @@ double LogDeterminant(const ThetaMatrix& information) {
 
 namespace {
 
-/// How far before the camera the targets lie, the middle one.
+/// Returns the targets' median distance before the camera.
 double UsualDistance(const PoseProblem& problem, const Theta& theta) {
   constexpr double kNearest_mm = 20;
   constexpr double kFarthest_mm = 10000;
@@ -165,7 +165,8 @@ struct Choice {
   double weakest_mm = 0;
 };
 
-/// The candidate that improves the weakest direction most; among equals the one that tells most.
+/// Returns the candidate that improves the weakest direction most; among equals the one of most
+/// information.
 Choice Best(const std::vector<CandidateView>& candidates, const ThetaMatrix& information) {
   constexpr double kAsGood = 0.99;
   Choice best;

@@ -66,7 +66,8 @@ Result<FoundTargets> Read(const machine::CapturedFrame& picture, const Measureme
   return part_alignment::FindTargets(grey.view(), options.book, finder, workspace);
 }
 
-// The others are said of scratches and stains as well, and by the dozen.
+// True if the reason indicates a target: scratches and stains cause the other reasons as well, and
+// by the dozen.
 bool TellsOfATarget(RejectReason reason) {
   return reason == RejectReason::kMirrored || reason == RejectReason::kWrongCode ||
          reason == RejectReason::kDoubled || reason == RejectReason::kSaturated;
@@ -165,9 +166,9 @@ bool Seen(const View& view, const std::string& id) {
                      [&id](const Observation& seen) { return seen.target == id; });
 }
 
-// Why what lies there was not read; empty where nothing was seen there.
+// Explains why the target there was rejected; empty if nothing was found there.
 std::string Rejected(const FoundTargets& found, const Eigen::Vector2d& pixel) {
-  // A ring's parts lie within three radii of its middle.
+  // A ring's parts are within three radii of its middle.
   constexpr double kRadii = 3;
   constexpr double kLeast_px = 20;
   for (const part_alignment::RejectedTarget& rejected : found.rejected) {
@@ -201,7 +202,7 @@ Result<machine::CapturedFrame> StillPictures::Take(const std::stop_token& stop) 
     auto frame = reader_->NextFrame(end_s - machine::HostNow(), stop);
     if (!frame) return frame;
     const bool told = OnOurClock(*frame);
-    // A camera that else says when it took its pictures may have been late with this one.
+    // A camera that otherwise reports its exposure times may have been late with this one.
     if (!told && times_are_told_) continue;
     times_are_told_ = told;
     const double taken_s = told ? frame->captured->time_s : frame->arrival_s;

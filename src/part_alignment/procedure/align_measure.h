@@ -21,8 +21,8 @@
 
 namespace trammel::procedure {
 
-/// A live camera is read all the time, so that what it took during a move is never mistaken for
-/// what it took after it.
+/// Reads a live camera continuously, so that a frame from a move is never mistaken for one after
+/// it.
 class StillPictures {
  public:
   /// @param source    must outlive this
@@ -30,20 +30,20 @@ class StillPictures {
   ///                  where the camera does not say when it was taken; a recording's are not timed
   StillPictures(machine::FrameSource& source, double settle_s);
 
-  /// Errors: the camera's; kMeasurement for a recording that has come to its end or whose picture
-  /// is damaged; kMachine where no sound picture comes for 10 s; kInterrupted.
+  /// Takes a picture. Errors: the camera's; kMeasurement for a recording that has ended or whose
+  /// picture is damaged; kMachine if no sound picture arrives for 10 s; kInterrupted.
   [[nodiscard]] Result<machine::CapturedFrame> Take(const std::stop_token& stop);
 
  private:
   machine::FrameSource& source_;
   double settle_s_;
-  std::optional<FrameRecorder> reader_;  ///< of a live camera
-  bool times_are_told_ = false;          ///< by this camera, on our clock
+  std::optional<FrameRecorder> reader_;  ///< live camera only
+  bool times_are_told_ = false;          ///< times from this camera, on our clock
 };
 
-/// The outside of a measurement.
+/// Hooks of a measurement.
 struct MeasurementHooks : ViewHooks {
-  /// Keeps the views that were taken so far, with what was seen in them.
+  /// Stores the views taken so far, with their observations.
   std::function<Result<void>(const part_alignment::Measurement& so_far)> keep_observations;
   std::function<void(const std::string& line)> tell;  ///< progress
 };
@@ -52,33 +52,34 @@ struct MeasureOptions {
   part_alignment::CodeBook book;
   part_alignment::FinderOptions finder;  ///< `mirrored` is set by the camera of the plan
   RouteOptions route;
-  /// Added to the detector's own, in quadrature: what it cannot know of (lens, vibration). >= 0
+  /// Added to the detector's own sigma, in quadrature: errors that it cannot detect (lens,
+  /// vibration). >= 0
   double extra_sigma_px = 0.005;
-  /// Before the number of the code in the ids of the plan, as in "T7".
+  /// Prefix of the code's number in the plan's ids, as in "T7".
   std::string id_prefix;
 };
 
 struct MeasureOutcome {
   part_alignment::Measurement measurement;          ///< the plan's, with what was seen
-  std::vector<part_alignment::FoundTargets> found;  ///< by view, clutter and all
-  part_alignment::SeenDiscs discs;                  ///< of the observations
+  std::vector<part_alignment::FoundTargets> found;  ///< by view, including clutter
+  part_alignment::SeenDiscs discs;                  ///< as observed
   std::vector<std::string>
       notices;  ///< views without targets, targets that are none of the part's …
 };
 
-/// Drives through the views of the plan (whose own observations are not looked at), takes a picture
-/// in each and reads it. Ids and the whole way are checked before anything moves; after each
-/// picture, that the spindle still stands where it was driven.
+/// Drives through the views of the plan (whose own observations are ignored), takes a picture in
+/// each and reads it. Ids and the whole way are checked before anything moves. After each picture,
+/// checks that the spindle is still where it was driven.
 /// REQUIRES every function of the shop but `move_to`, `stands_at`.
 /// Errors: kInput for an id that no code has; the route's; the shop's, with the view at which it
-/// happened; kMachine where the spindle moved meanwhile; kMeasurement for a picture of another size
-/// than the camera's, and where no picture shows a target of the plan.
+/// happened; kMachine if the spindle moved meanwhile; kMeasurement for a picture of another size
+/// than the camera's, and if no picture shows a target of the plan.
 [[nodiscard]] Result<MeasureOutcome> MeasurePart(const part_alignment::Measurement& plan,
                                                  const MeasureOptions& options,
                                                  const MeasurementHooks& shop);
 
-/// One line for each target that a view should show by the solution and that was not read, with why
-/// what is there was rejected, if it was; none unless the verdict is good.
+/// Returns a line for each target that the solution expects in a view and that was not read, with
+/// the reason if a candidate there was rejected. None unless the verdict is good.
 [[nodiscard]] std::vector<std::string> MissingTargets(const MeasureOutcome& outcome,
                                                       const part_alignment::Alignment& alignment);
 

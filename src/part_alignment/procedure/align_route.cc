@@ -19,14 +19,14 @@ std::string At(const Vector3d& mm) {
   return fmt::format("X {:.1f} Y {:.1f} Z {:.1f}", mm.x(), mm.y(), mm.z());
 }
 
-// How near a straight way comes to a rectangle, seen from above.
+// Returns the least distance of a straight path from a rectangle, seen from above.
 double DistanceFromAbove(const Vector2d& from, const Vector2d& to, const MachineBox& box) {
   const auto outside = [&box](const Vector2d& at) {
     const Vector2d low = (box.low_mm.head<2>() - at).cwiseMax(0);
     const Vector2d high = (at - box.high_mm.head<2>()).cwiseMax(0);
     return (low + high).norm();
   };
-  // The distance to a convex set is convex along the way: narrow its minimum down.
+  // The distance to a convex set is convex along the way: bracket its minimum.
   double lo = 0;
   double hi = 1;
   constexpr int kSteps = 100;
@@ -42,7 +42,7 @@ double DistanceFromAbove(const Vector2d& from, const Vector2d& to, const Machine
   return outside(from + (lo + hi) / 2 * (to - from));
 }
 
-// The obstacle that is touched between two places, from 1.
+// Returns the obstacle touched between two places, counted from 1.
 std::optional<std::size_t> Touched(const Vector3d& from, const Vector3d& to,
                                    const RouteOptions& options) {
   const double lowest_mm = std::min(from.z(), to.z()) - options.camera_below_mm;
@@ -61,7 +61,7 @@ Result<void> CheckOptions(const Vector3d& start_mm, const RouteOptions& options)
       !(options.camera_radius_mm >= 0) || !std::isfinite(options.camera_below_mm)) {
     return Fail("the safe height, the camera's size or the spindle's place is not a number");
   }
-  // Compared with a view, one that is not a number would never be passed.
+  // No view would ever exceed a limit that is NaN.
   if (!(options.travel.low_mm.array() <= options.travel.high_mm.array()).all()) {
     return Fail(fmt::format("the travel reaches from {} to {}: give its least and then its most "
                             "coordinates",
@@ -75,7 +75,7 @@ Result<void> CheckOptions(const Vector3d& start_mm, const RouteOptions& options)
                     options.safe_z_mm, options.travel.low_mm.z(), options.travel.high_mm.z()),
         ErrorKind::kSafety);
   }
-  constexpr double kOvershoot_mm = 0.01;  // of an axis that stands at its limit
+  constexpr double kOvershoot_mm = 0.01;  // permitted excess of an axis at its limit
   if ((start_mm.array() < options.travel.low_mm.array() - kOvershoot_mm).any() ||
       (start_mm.array() > options.travel.high_mm.array() + kOvershoot_mm).any()) {
     return Fail(fmt::format("the spindle stands at X {:.6g} Y {:.6g} Z {:.6g}, outside the travel "
@@ -122,7 +122,7 @@ Result<void> CheckView(const part_alignment::View& view, std::size_t number,
   return {};
 }
 
-// What an axis at rest may wander; ten times what it has to arrive within.
+// Permitted motion of an axis at rest: ten times its arrival tolerance.
 constexpr double kStands_mm = 0.01;
 
 Error At(std::size_t number, const Error& error, bool back) {
@@ -130,7 +130,8 @@ Error At(std::size_t number, const Error& error, bool back) {
                            : fmt::format("view {}: {}", number + 1, error.message)};
 }
 
-// Only behind the picture is it known where the spindle was while the light came in.
+// Checks that the spindle did not move: its position during the exposure is known only after the
+// picture.
 Result<void> CheckStood(const View& view, const ViewHooks& shop) {
   if (!shop.move_to) return {};
   const auto at_mm = TRY(shop.stands_at());
@@ -151,7 +152,7 @@ Result<std::vector<Waypoint>> RouteThrough(const Vector3d& start_mm,
   std::vector<Waypoint> way;
   Vector3d at = start_mm;
   const auto go = [&](const Vector3d& to, int view) -> Result<void> {
-    // The first move is up and away from wherever the spindle was left.
+    // The first move is up and away from the spindle's start, whatever that is.
     const bool up = to.head<2>() == at.head<2>() && to.z() >= at.z();
     if (const auto touched = up ? std::nullopt : Touched(at, to, options)) {
       return Fail(

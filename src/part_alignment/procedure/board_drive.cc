@@ -27,10 +27,10 @@ using part_alignment::MachineBox;
 using part_alignment::View;
 
 constexpr std::size_t kLeastMarks = part_alignment::kLeastMarksInView;
-constexpr std::size_t kLeastFirstMarks = 8;  // of the picture that all others are planned from
+constexpr std::size_t kLeastFirstMarks = 8;  // in the first picture, base of all other plans
 constexpr double kHalfTurn_deg = 180;
 constexpr int kLeastTurnedBack = 5;  // pictures: one at each height
-// Around the places that were told: what a camera beside the spindle's axis may need after a turn.
+// Margin around the given places, for a camera beside the spindle's axis after a turn.
 constexpr double kAroundTold_mm = 20;
 
 std::string Text(const MachineBox& box) {
@@ -104,7 +104,8 @@ class Driving {
   }
 
  private:
-  // Behind a stop, and where the machine is not ours or not well, nothing moves any more.
+  // True if the spindle may return: not after a stop, nor if the machine is in use by others or
+  // faulty.
   [[nodiscard]] bool MayGoBack(const Result<void>& done) const {
     if (done) return true;
     if (failed_) return false;
@@ -141,7 +142,7 @@ class Driving {
     return {};
   }
 
-  // Where it stands, and that it can come back there.
+  // Records the start position and checks that a path back to it exists.
   Result<void> Begin() {
     const auto at_mm = TRY(hooks_.stands_at());
     start_mm_ = at_mm;
@@ -159,7 +160,7 @@ class Driving {
     return back ? Result<void>() : tl::unexpected(back.error());
   }
 
-  // The pictures from which all others are planned.
+  // Takes the pictures from which all others are planned.
   Result<void> TakeFirst() {
     AddViews({start_mm_});
     TRY(TakeView(0, views_[0], hooks_, OnSeen()));
@@ -191,7 +192,7 @@ class Driving {
     return DriveThroughViews(way, views_, hooks_, OnSeen());
   }
 
-  // All rounds, before the first of them moves.
+  // Plans all rounds, before the first of them moves.
   Result<void> PlanAll(const BoardSketch& sketch) {
     const auto at_mm = TRY(hooks_.stands_at());
     std::vector<Vector3d> all;
@@ -202,7 +203,7 @@ class Driving {
     for (std::size_t round = 0; round < rounds.size(); ++round) {
       const double turn_rad = round % 2 == 0 ? 0 : std::numbers::pi;
       auto poses = TRY(PlanBoardPoses(sketch, turn_rad, start_mm_, PoseOptions(rounds[round])));
-      // Looked at as a whole for obstacles.
+      // Checks the whole way for obstacles.
       const auto way = TRY(RouteThrough(at_mm, ViewsAt(poses.spindle_mm), options_.route));
       way_mm += Length(way, at_mm);
       count += poses.spindle_mm.size();
@@ -213,7 +214,7 @@ class Driving {
     told_ = Around(all);
     first_ = views_.size();
     planned_ = count;
-    constexpr double kReading_s = 1;  // of a picture
+    constexpr double kReading_s = 1;  // per picture
     const double minutes = way_mm / options_.feed_mm_min +
                            static_cast<double>(count) * (options_.settle_s + kReading_s) / 60;
     shop_.tell(
@@ -239,7 +240,8 @@ class Driving {
     return Drive(poses.spindle_mm);
   }
 
-  // The first picture tells where a camera beside the spindle's axis came to.
+  // Takes the round after a turn: its first picture shows the new position of a camera beside the
+  // spindle's axis.
   Result<void> TakeTurnedRound(BoardSketch sketch, int pictures) {
     part_alignment::BoardPoseOptions options = PoseOptions(pictures);
     MachineBox around = told_;
@@ -257,7 +259,7 @@ class Driving {
           ErrorKind::kMeasurement);
     }
     const double off_px = ShiftSketch(view, turn_rad, sketch);
-    constexpr double kMostOff = 0.1;  // of the picture's width; a turn by hand may be 6 degrees off
+    constexpr double kMostOff = 0.1;  // of the picture's width; a manual turn may be 6 degrees off
     if (off_px > kMostOff * board_.camera.width_px) {
       return Fail(fmt::format("the picture behind half a turn is {:.0f} px beside what a camera "
                               "sees that turned with the spindle: did both turn by 180 degrees?",
@@ -282,7 +284,7 @@ class Driving {
     return {};
   }
 
-  // Up, turned back, across and down.
+  // Returns: up, turned back, across and down.
   Result<void> GoBack() {
     const auto at_mm = TRY(hooks_.stands_at());
     auto way = TRY(RouteThrough(at_mm, ViewsAt({start_mm_}), options_.route));
@@ -371,7 +373,7 @@ class Driving {
     return number == 0 ? Result<void>() : CheckEnough(left_out_);
   }
 
-  // Ends it as soon as half of the pictures cannot be reached any more.
+  // Ends the drive as soon as half of the pictures are out of reach.
   Result<void> CheckEnough(std::size_t left_out) const {
     if (planned_ == 0 || 2 * left_out <= planned_) return {};
     return Fail(fmt::format("{} of {} planned pictures show fewer than {} marks of the sheet: look "
@@ -385,7 +387,7 @@ class Driving {
   const BoardHooks& shop_;
   ViewHooks hooks_;  ///< the shop's, watched
   BoardMeasurement board_;
-  std::vector<View> views_;  ///< that were or are driven to, taken or not
+  std::vector<View> views_;  ///< reached or planned, successful or not
   Vector3d start_mm_ = Vector3d::Zero();
   MachineBox room_;
   MachineBox told_;          ///< holds every place of the plan

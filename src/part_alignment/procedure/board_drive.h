@@ -1,4 +1,4 @@
-// Takes the pictures of a printed board that calibrate the camera in a spindle, with no camera
+// Takes the pictures of a printed board that calibrate the camera in a spindle, without a camera
 // file.
 #pragma once
 
@@ -14,37 +14,37 @@
 
 namespace trammel::procedure {
 
-/// The outside of a drive over a board. `move_to` and `stands_at` are required.
+/// Hooks of a drive over a board. `move_to` and `stands_at` are required.
 struct BoardHooks : ViewHooks {
-  /// Whether the machine may move as told; asked before the first pictures and before the others.
+  /// Requests permission for the described motion, before the first pictures and before the others.
   std::function<Result<bool>(const std::string& how)> may_move;
-  /// Turns the spindle about its axis, by the machine or by a person. With `half_turn`.
+  /// Turns the spindle about its axis, by the machine or by hand. With `half_turn`.
   std::function<Result<void>(double c_deg)> turn_to;
-  /// Keeps the views that were taken so far, with what was seen in them.
+  /// Stores the views taken so far, with their observations.
   std::function<Result<void>(const part_alignment::BoardMeasurement& so_far)> keep_views;
   std::function<void(const std::string& line)> tell;  ///< plan and progress
 };
 
 struct BoardDriveOptions {
   /// Pitch, convention and side of the camera; its size is that of the first picture.
-  part_alignment::BoardMeasurement board;  ///< with disc_radius_mm above 0; without views
-  std::set<std::string> marks;             ///< that the sheet has
+  part_alignment::BoardMeasurement board;  ///< disc_radius_mm above 0, no views
+  std::set<std::string> marks;             ///< marks on the sheet
   SurveyReadOptions reading;
   RouteOptions route;
-  int pictures = 40;        ///< at the spindle's first angle, 12 … 500
+  int pictures = 40;        ///< at the first spindle angle, 12 … 500
   double highest_mm = 1e5;  ///< Z of the spindle, at most
   bool half_turn = false;   ///< half as many at 180 degrees, a quarter at the first angle again
   double feed_mm_min = 3000;
-  double settle_s = 0.5;  ///< for the time that the plan tells
+  double settle_s = 0.5;  ///< for the plan's duration
 };
 
-/// Takes first pictures about where the spindle stands, plans all others by what they show, asks,
-/// drives, and returns to where the spindle stood. Nothing goes below the height it stood at.
-/// Pictures that show too little of the board are kept, named and not counted.
-/// @returns the board with all views and what was seen in them.
+/// Takes first pictures around the spindle's position, plans all others by them, asks, drives, and
+/// returns to the start. Never moves below the height of the start. Pictures that show too little
+/// of the board are stored, named and not counted.
+/// @returns the board with all views and their observations.
 /// Errors: the hooks', with the view at which it happened; the route's and the plan's (kSafety);
-/// kMeasurement where too few pictures show the board; kInterrupted where the answer is no. Behind
-/// an error that is not the machine's own, or a stop, the spindle is brought back first.
+/// kMeasurement if too few pictures show the board; kInterrupted if the answer is no. After an
+/// error that is not the machine's own, or a stop, the spindle returns first.
 [[nodiscard]] Result<part_alignment::BoardMeasurement> DriveOverBoard(
     const BoardDriveOptions& options, const BoardHooks& shop);
 

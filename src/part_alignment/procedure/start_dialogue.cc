@@ -69,7 +69,7 @@ bool Holds(const MachineBox& outer, const MachineBox& inner) {
          (inner.high_mm.array() <= outer.high_mm.array() + kRounding_mm).all();
 }
 
-// What forbids a motion and passes.
+// Reports temporary states that forbid a motion.
 void AddState(const LinuxCncFacts& facts, const StartRequest& request,
               std::vector<StartContradiction>& found) {
   const LinuxCncState& state = facts.state;

@@ -1,4 +1,4 @@
-// Questions before a first measurement, and what contradicts their answers.
+// Asks questions before a first measurement, and finds contradictions to their answers.
 #pragma once
 
 #include <functional>
@@ -16,28 +16,28 @@
 namespace trammel::procedure {
 
 struct StartQuestion {
-  std::string name;      ///< of the option that answers it, without its dashes
-  std::string text;      ///< what is asked, with its unit
-  std::string fallback;  ///< what an empty line stands for; empty: something has to be said
+  std::string name;      ///< answering option's name, without dashes
+  std::string text;      ///< question text, with unit
+  std::string fallback;  ///< default for an empty line; empty: an answer is required
   std::function<Result<void>(const std::string&)> check;
-  std::string example = {};  ///< of an answer, for who has none
+  std::string example = {};  ///< example answer for the undecided
 };
 
-/// By the questions' names.
+/// Answers by the questions' names.
 using StartAnswers = std::map<std::string, std::string>;
 
-/// Asks what is not in `answers` yet, again where an answer does not do, and adds it. Three empty
-/// lines, where no fallback is, end it. Without a person the fallbacks stand.
+/// Asks for what `answers` lacks, again if an answer is invalid, and adds it. Three empty lines, if
+/// there is no fallback, end it. Without a person the fallbacks apply.
 /// @param person  null: nobody can be asked
-/// @param say     a piece of text for the person; no line feed is added
-/// Errors: kInput for an answer given beforehand that does not do, and, without a person or one who
-/// answers nothing, for what has no answer, by the options' names; kInterrupted.
+/// @param say     prints a piece of text; no line feed is added
+/// Errors: kInput for a predefined answer that is invalid, and, without a person or an answer, for
+/// the unanswered questions, by the options' names; kInterrupted.
 [[nodiscard]] Result<void> AnswerQuestions(const std::vector<StartQuestion>& questions,
                                            Person* person,
                                            const std::function<void(const std::string&)>& say,
                                            StartAnswers& answers);
 
-/// Numbers with commas between. Error (kInput): another count, or what is no finite number.
+/// Parses numbers with commas between. Error (kInput): another count, or no finite number.
 [[nodiscard]] Result<std::vector<double>> ParseNumbers(const std::string& text, std::size_t count);
 
 /// "none", or boxes of six numbers with blanks between them: the numbers of all.
@@ -46,7 +46,8 @@ using StartAnswers = std::map<std::string, std::string>;
 struct StartContradiction {
   std::string what;
   std::string remedy;
-  /// No plan can be right until it is mended; else it has to be before the measurement alone.
+  /// True if no plan can be right until the fault is fixed; else it must be fixed before the
+  /// measurement.
   bool forbids = false;
 };
 
@@ -56,15 +57,15 @@ struct StartRequest {
   double safe_z_mm = 0;
 };
 
-/// All of them, those that forbid first. Of a machine whose link tells its state alone only that
-/// is looked at.
+/// Returns all contradictions, those that forbid first. If a machine's link reports its state
+/// alone, only that is checked.
 [[nodiscard]] std::vector<StartContradiction> CheckMachine(const machine::LinuxCncFacts& facts,
                                                            const StartRequest& request);
 
-/// The same of answers that no machine has to be asked for.
+/// Checks the answers for contradictions that need no machine.
 [[nodiscard]] std::vector<StartContradiction> CheckRequest(const StartRequest& request);
 
-/// What stands before the number in all ids of targets, and the codes that `book` does not have.
+/// Common prefix of the number in all target ids, and the codes missing from `book`.
 struct TargetIds {
   std::string prefix;
   std::vector<StartContradiction> contradictions;
@@ -72,7 +73,7 @@ struct TargetIds {
 [[nodiscard]] TargetIds CheckIds(const std::vector<part_alignment::PartTarget>& targets,
                                  const part_alignment::CodeBook& book);
 
-/// In a line: axes, unit, travel, tools.
+/// Formats axes, unit, travel and tools in a line.
 [[nodiscard]] std::string FactsText(const machine::LinuxCncFacts& facts);
 
 }  // namespace trammel::procedure

@@ -1,4 +1,4 @@
-// What leads to a first alignment: questions by a script of lines, and a machine's facts.
+// Tests of a first alignment's start: questions by a script of lines, and a machine's facts.
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -120,7 +120,7 @@ TEST(StartDialogue, ReadsBoxes) {
   EXPECT_FALSE(ParseNumbers("1e999,2,3", 3));
 }
 
-/// Of which nothing has to be said.
+/// Returns a machine without contradictions.
 machine::LinuxCncFacts Ready() {
   machine::LinuxCncFacts facts;
   facts.state.estop = false;

@@ -20,7 +20,7 @@ using part_alignment::RejectedTarget;
 using part_alignment::RejectReason;
 using part_alignment::SurveyPicture;
 
-// The other reasons are said of scratches and stains as well.
+// Notes rejected targets; skips reasons that scratches and stains cause as well.
 void NoteRejected(const FoundTargets& found, const std::string& name,
                   std::vector<std::string>& notices) {
   for (const RejectedTarget& rejected : found.rejected) {
@@ -35,8 +35,8 @@ void NoteRejected(const FoundTargets& found, const std::string& name,
   }
 }
 
-// A bright disc whose edge is no more than half burnt out, apart from all that has a ring: the dots
-// of a code, and of one that could not be read, are no targets.
+// True for a bright disc whose edge is at most half overexposed, apart from all rings: the dots of
+// a code, even an unreadable one, are no targets.
 bool IsPlain(const FoundTarget& disc, const FoundTargets& found) {
   constexpr double kMostBurnt = 0.5;
   constexpr double kOfTarget = 3.4;  // radii, as far as a ring and what belongs to it reach

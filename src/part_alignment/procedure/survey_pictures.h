@@ -1,4 +1,4 @@
-// Targets in the pictures of a survey.
+// Finds the targets in a survey's pictures.
 #pragma once
 
 #include <filesystem>
@@ -17,9 +17,10 @@ namespace trammel::procedure {
 struct SurveyReadOptions {
   part_alignment::CodeBook book;
   part_alignment::FinderOptions finder;
-  /// Added to the detector's own, in quadrature: what it cannot know of (lens, vibration). >= 0
+  /// Added to the detector's own sigma, in quadrature: errors that it cannot detect (lens,
+  /// vibration). >= 0
   double extra_sigma_px = 0.005;
-  /// Also bright discs without a ring, as plain points.
+  /// Also finds bright discs without a ring, as plain points.
   bool plain = false;
 };
 
@@ -35,9 +36,9 @@ struct SurveyReading {
     const std::string& name, const PageView& grey, const SurveyReadOptions& options,
     part_alignment::FinderWorkspace& workspace, std::vector<std::string>& notices);
 
-/// Reads each picture as it is stored (EXIF turns nothing) and finds the targets in it.
+/// Reads each picture as stored (EXIF rotation is ignored) and finds the targets in it.
 /// @param tell  progress, a line for each picture.
-/// Errors: a file that cannot be read, that is no picture or comes twice.
+/// Errors: a file that cannot be read, is no picture or is listed twice.
 [[nodiscard]] Result<SurveyReading> ReadSurveyPictures(
     const std::vector<std::filesystem::path>& paths, const SurveyReadOptions& options,
     const std::function<void(const std::string&)>& tell);

@@ -20,7 +20,7 @@ namespace {
 namespace pa = part_alignment;
 
 constexpr double kMostSide_px = 800;
-constexpr double kUsual_px = 27;     // of a residual that is as long as the root mean square
+constexpr double kUsual_px = 27;     // drawn length of an RMS residual
 constexpr double kLongest_px = 150;  // of a residual's line
 constexpr double kKeyRow_px = 20;
 constexpr Color kFound = kSky;
@@ -38,7 +38,7 @@ void Cross(const PointPx& at, const Stroke& stroke, Canvas& canvas) {
   canvas.Polyline(down, stroke);
 }
 
-// On any ground: dark letters on a light patch.
+// Draws dark letters on a light patch, legible on any ground.
 void Label(const PointPx& at, const std::string& text, Canvas& canvas) {
   const TextStyle style{12, kInk, Align::kStart, true};
   const double width = canvas.TextWidth(text, style);
@@ -58,7 +58,7 @@ void DrawResidual(const DrawnTarget& target, const PointPx& at, const Drawing& d
   const Eigen::Vector2d residual_px = *target.found_px - *target.projected_px;
   const double px_per_px = drawing.enlarged * drawing.scale;
   if (target.sigma_px > 0) {
-    // White dashes on a dark ring: to be seen on any ground.
+    // White dashes on a dark ring: visible on any ground.
     const double radius_px = std::min(kLongest_px, target.sigma_px * px_per_px);
     Stroke ring{kPaper, 1.5};
     ring.dash_px = {3, 2};
@@ -105,7 +105,7 @@ void DrawTarget(const DrawnTarget& target, const Drawing& drawing, Canvas& canva
   Label({at.x + Circle_px(canvas) + 4, at.y - Circle_px(canvas)}, text, canvas);
 }
 
-// What the marks mean, and how long a residual of a round size is; in three rows on a phone.
+// Draws the key of the marks, and the length of a round residual; in three rows on a phone.
 void DrawKey(std::size_t view, double top, const Drawing& drawing, Canvas& canvas) {
   constexpr double kGap_px = 18;
   constexpr double kLeft_px = 8;
@@ -204,7 +204,7 @@ std::string LinesOf(const pa::ControlText& text) {
                      notes.empty() ? "" : "<ul class=\"quiet\">\n" + notes + "</ul>\n");
 }
 
-/// The lines to paste; one control is open, the others on a click.
+/// Returns the lines to paste; one control is open, the others on a click.
 std::string Next(const AlignmentOutput& output) {
   const pa::Alignment& alignment = output.alignment;
   if (alignment.verdict != Verdict::kGood) {

@@ -1,4 +1,4 @@
-// The page of an alignment, and the picture of each view.
+// Writes the page of an alignment, and the picture of each view.
 #pragma once
 
 #include <Eigen/Core>
@@ -13,17 +13,17 @@
 
 namespace trammel::report {
 
-/// One target in one view; found, projected, or both.
+/// Target in a view; found, projected, or both.
 struct DrawnTarget {
   std::string id;
   std::optional<Eigen::Vector2d> found_px;      ///< (column, row)
-  std::optional<Eigen::Vector2d> projected_px;  ///< where the solution has it
+  std::optional<Eigen::Vector2d> projected_px;  ///< by the solution
   bool left_out = false;                        ///< taken for wrong, so that it did not count
-  double sigma_px = 0;                          ///< of a residual, per axis (k = 1); 0: not drawn
+  double sigma_px = 0;                          ///< residual's, per axis (k = 1); 0: not drawn
 };
 
-/// By how much to enlarge the residuals of all views of a report alike: 1, 2 or 5 times a power of
-/// ten, 1 … 1e6, so that one of `rms_px` is 11 … 27 px of the page long.
+/// Computes the common enlargement of a report's residuals, so that one of `rms_px` is 11 … 27 px
+/// of the page long. Values: 1, 2 or 5 times a power of ten, 1 … 1e6.
 /// @param rms_px  root mean square over the report, >= 0
 /// @param width_px, height_px  of the camera, >= 1
 [[nodiscard]] double ResidualEnlargement(double rms_px, int width_px, int height_px);
@@ -40,10 +40,10 @@ struct DrawnTarget {
                                       int height_px, const std::vector<DrawnTarget>& targets,
                                       double enlarged);
 
-/// Where the part is, the lines for each control, what the uncertainty is made of, and all
-/// in words. result.json has covariance and residuals. Stands alone; text from outside may hold any
-/// bytes.
-/// @param views  of AlignmentPicture: those that the page is to show.
+/// Formats the part's pose, the lines for each control, the uncertainty's components, and all in
+/// words. result.json has covariance and residuals. Self-contained; text from outside may contain
+/// any bytes.
+/// @param views  of AlignmentPicture: those to show on the page.
 [[nodiscard]] std::string AlignmentPage(const AlignmentOutput& output,
                                         std::span<const Figure> views);
 

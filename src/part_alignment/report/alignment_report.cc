@@ -26,7 +26,7 @@ Json Id(const AlignmentOutput& output, const std::string& id) {
   return output.numeric_ids.contains(id) ? Json::parse(id) : Json(id);
 }
 
-// One number for each parameter, under its name.
+// Returns one number for each parameter, under its name.
 template <class Vector>
 Json ByParameter(const Alignment& alignment, const Vector& values) {
   Json json = Json::object();
@@ -77,7 +77,7 @@ void AddValues(const AlignmentOutput& output, Json& json) {
                         Eigen::VectorXd(alignment.covariance.diagonal().cwiseMax(0).cwiseSqrt())));
 }
 
-// As they counted, k = 1, whatever the verdict.
+// Writes the inputs as they counted, k = 1, whatever the verdict.
 Json Inputs(const Alignment& alignment) {
   const part_alignment::InputUncertainty& inputs = alignment.inputs;
   return {{"machine_mm", Number(inputs.machine_mm.value_or(0))},
@@ -131,7 +131,7 @@ std::string Parameters(const AlignmentOutput& output) {
   return text;
 }
 
-// What the stated figure holds although nobody stated it.
+// Lists the usual inputs in the stated uncertainty, which nobody stated.
 std::string UsualInputs(const Alignment& alignment) {
   const part_alignment::InputUncertainty& inputs = alignment.inputs;
   std::string text;
@@ -174,7 +174,7 @@ std::string Residuals(const Alignment& alignment) {
       worst->view + 1);
 }
 
-// Each parameter's scatter beside what the covariance states for it.
+// Describes each parameter's scatter beside the covariance's value.
 std::string SimulatedText(const AlignmentOutput& output) {
   const part_alignment::MonteCarloUncertainty& simulated = *output.simulated;
   std::string text = fmt::format(

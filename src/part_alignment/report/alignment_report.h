@@ -1,4 +1,4 @@
-// Where a part is, as JSON and as text for a terminal.
+// Report of a part's pose, as JSON and as text for a terminal.
 #pragma once
 
 #include <nlohmann/json_fwd.hpp>
@@ -16,15 +16,15 @@ namespace trammel::report {
 
 struct AlignmentOutput {
   part_alignment::Measurement measurement;
-  std::vector<std::string> unknowns;  ///< by their names in files
+  std::vector<std::string> unknowns;  ///< names as in files
   part_alignment::Unknowns solved;
   std::set<std::string> numeric_ids;  ///< targets whose ids are numbers in JSON
   part_alignment::Alignment alignment;
   std::optional<part_alignment::MonteCarloUncertainty> simulated = {};  ///< beside its covariance
-  std::vector<part_alignment::Contribution> contributions = {};         ///< for people alone
+  std::vector<part_alignment::Contribution> contributions = {};         ///< for text output only
 };
 
-/// A parameter that was solved for, as Alignment::parameters names it.
+/// Solved parameter, named as in Alignment::parameters.
 struct SolvedParameter {
   std::string name;
   double value = 0;  ///< mm or rad, as the name ends
@@ -36,21 +36,22 @@ struct SolvedParameter {
   }
 };
 
-/// The pose (six of them), then what of the clamping and the camera was an unknown.
+/// Returns the pose (six of them), then the unknowns of the clamping and the camera.
 [[nodiscard]] std::vector<SolvedParameter> SolvedParameters(const AlignmentOutput& output);
 
 /// "clamp_angle_rad" -> "clamp angle".
 [[nodiscard]] std::string NameOf(std::string parameter);
 
-/// One object (docs/reference/formats.md). Values and covariance are null unless the
-/// verdict is good; so is what was not an unknown.
+/// Returns one object (docs/reference/formats.md). Values and covariance are null unless the
+/// verdict is good; so are parameters that were not unknown.
 [[nodiscard]] nlohmann::ordered_json JsonOf(const AlignmentOutput& output);
 
-/// Several lines: the pose with its uncertainty, the clamping, what the views tell, the residuals.
+/// Returns several lines: the pose with its uncertainty, the clamping, the observability, the
+/// residuals.
 [[nodiscard]] std::string AlignmentText(const AlignmentOutput& output);
 
-/// One to three lines: what the views tell, and what they do not unless `reason` says so already;
-/// none where nothing was asked.
+/// Returns one to three lines: what the views determine, and what they do not unless `reason`
+/// contains it already. Empty if observability was not requested.
 [[nodiscard]] std::string ObservabilityText(const part_alignment::Observability& told,
                                             const std::string& reason);
 

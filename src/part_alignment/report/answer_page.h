@@ -1,4 +1,4 @@
-// What reports of answers share: numbers in JSON, lines of text, and the page.
+// Shared parts of answer reports: numbers in JSON, lines of text, and the page.
 #pragma once
 
 #include <Eigen/Core>
@@ -12,30 +12,30 @@
 
 namespace trammel::report {
 
-/// Lists and lists of rows; null for what is not finite.
+/// Returns lists, and lists of rows; null for numbers that are not finite.
 [[nodiscard]] nlohmann::ordered_json List(const Eigen::VectorXd& values);
 [[nodiscard]] nlohmann::ordered_json Rows(const Eigen::MatrixXd& matrix);
 
 /// "verdict   cannot tell: why".
 [[nodiscard]] std::string VerdictLine(Verdict verdict, const std::string& reason);
 
-/// A line for each text, ten characters behind the begin of its label.
+/// Returns a line for each text, ten characters behind the start of its label.
 [[nodiscard]] std::string Lines(const char* label, const std::vector<std::string>& texts);
 
-/// Plain text, which may hold any bytes: the headline, what to do next, and all in words.
+/// Plain text of an answer, of any bytes: the headline, the next step, and all in words.
 struct AnswerPage {
   std::string title;
   Verdict verdict = Verdict::kRefused;
-  std::string value;   ///< of a good answer; "No calibration" of another one
+  std::string value;   ///< if the answer is good; otherwise "No calibration"
   std::string detail;  ///< beside it, in small letters
-  std::string reason;  ///< why there is none
+  std::string reason;  ///< why there is no answer
   std::vector<std::string> unchecked = {};
-  std::string next;  ///< what to do
+  std::string next;  ///< user's next step
   std::vector<std::string> notices = {};
   std::string text;  ///< several lines
 };
 
-/// HTML that stands alone.
+/// Returns self-contained HTML.
 [[nodiscard]] std::string AnswerPageHtml(const AnswerPage& page, std::span<const Figure> figures);
 
 }  // namespace trammel::report

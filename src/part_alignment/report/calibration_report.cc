@@ -46,8 +46,8 @@ Json ParametersJson(const Calibration& calibration) {
   return parameters;
 }
 
-// Each parameter with its 95 % interval, to eight digits: distortion has many zeros behind its
-// point.
+// Lists each parameter with its 95 % interval, to eight digits: distortion has many zeros behind
+// its point.
 std::string ParameterLines(const part_alignment::Camera& camera,
                            const part_alignment::CameraCovariance& covariance) {
   std::string text;
@@ -100,7 +100,7 @@ Json MarksJson(const BoardCalibration& calibration) {
   return list;
 }
 
-// In the unit that people use for it.
+// Formats the uncertainty in its customary unit.
 std::string SigmaWords(const NullDirection& direction) {
   if (!direction.sigma) return {};
   if (direction.unit == "mm") {
@@ -124,7 +124,7 @@ std::string PrintWords(const BoardCalibration& calibration) {
       100 * print.scale_right, 100 * print.scale_up, print.bend_mm, print.marks);
 }
 
-// Names what to do next with a calibrated camera, or without one.
+// Describes the next step with a calibrated camera, or without one.
 std::string CameraWords(bool good, double nearest_mm, double farthest_mm, std::string_view again) {
   if (!good) {
     return fmt::format("Put right what the reason above names and {}. No camera file was written.",
@@ -136,8 +136,8 @@ std::string CameraWords(bool good, double nearest_mm, double farthest_mm, std::s
       nearest_mm, farthest_mm);
 }
 
-// Begins the page of a calibration of either kind.
-// @param again  what to do where it is not good, as an order: "measure another grid"
+// Makes the page of a calibration of either kind.
+// @param again  remedy if it is not good, as an order: "measure another grid"
 template <class Calibration>
 AnswerPage PageOfCalibration(std::string title, const Calibration& calibration,
                              std::string_view again) {
@@ -153,7 +153,7 @@ AnswerPage PageOfCalibration(std::string title, const Calibration& calibration,
   return page;
 }
 
-/// Half of the 95 % interval of a foretold pixel, over the sensor.
+/// Computes half of the 95 % interval of a predicted pixel, over the sensor.
 std::vector<double> Within95_px(const CameraCalibration& calibration, double distance_mm,
                                 int columns, int rows) {
   SensorUncertainty map = part_alignment::UncertaintyOverSensor(

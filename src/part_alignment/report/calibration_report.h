@@ -1,4 +1,4 @@
-// A camera's calibration, by a grid of a measuring machine or by a board on the machine's own
+// Writes a camera's calibration, by a measuring machine's grid or by a board on the machine's own
 // table, as JSON, text, figures and page.
 #pragma once
 
@@ -12,8 +12,8 @@
 
 namespace trammel::report {
 
-/// One object (docs/reference/formats.md), ended by a newline. What is meant only with verdict good
-/// is null otherwise.
+/// Returns one object (docs/reference/formats.md), ended by a newline. Values that need verdict
+/// good are null otherwise.
 [[nodiscard]] std::string ToJson(const part_alignment::CameraCalibration& calibration);
 [[nodiscard]] std::string ToJson(const part_alignment::BoardCalibration& calibration);
 
@@ -27,7 +27,7 @@ namespace trammel::report {
     const part_alignment::GridMeasurement& grid,
     const part_alignment::CameraCalibration& calibration);
 
-/// HTML that stands alone. @param date  of the calibration, as its file says it.
+/// Returns self-contained HTML. @param date  of the calibration, as in its file.
 [[nodiscard]] std::string CalibrationPage(const std::string& date,
                                           const part_alignment::CameraCalibration& calibration,
                                           std::span<const Figure> figures);

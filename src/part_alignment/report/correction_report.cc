@@ -69,7 +69,8 @@ std::string FixtureText(const FixtureCorrection& fixture) {
                             fixture.rank);
 }
 
-/// The offset's own axes; the rotation as a slope, because each control counts it its own way.
+/// Describes the uncertainty of the offset's own axes; the rotation as a slope, because controls
+/// differ in its sign.
 std::string KnownTo(const CorrectionOutput& output, const Eigen::Matrix<double, 6, 1>& u) {
   const part_alignment::WorkOffset& offset = output.offset.offset;
   std::string text;

@@ -1,4 +1,4 @@
-// What brings a part to its ideal, as JSON and in words.
+// Report of a part's correction to its ideal pose, as JSON and in words.
 #pragma once
 
 #include <optional>
@@ -12,7 +12,7 @@ namespace trammel::report {
 
 struct CorrectionOutput {
   geometry::Pose measured;
-  /// k = 1, of x, y, z (mm), alpha, beta, gamma (rad); absent where not known.
+  /// Uncertainty, k = 1, of x, y, z (mm), alpha, beta, gamma (rad); absent: unknown.
   std::optional<Eigen::Matrix<double, 6, 1>> standard_uncertainty;
   std::optional<part_alignment::FixtureCorrection> fixture;
   part_alignment::Control control = part_alignment::Control::kLinuxCnc;
@@ -21,19 +21,19 @@ struct CorrectionOutput {
   bool after_shims = false;  ///< the offset is of the part as the fixture will have moved it
   part_alignment::OffsetCorrection offset;
   part_alignment::ControlText text;
-  std::vector<part_alignment::PartTarget> points;  ///< at which the remainder is stated
-  std::vector<std::string> notices;                ///< of the measurement
+  std::vector<part_alignment::PartTarget> points;  ///< where the remainder is stated
+  std::vector<std::string> notices;                ///< from the measurement
 
-  /// The pose that the work offset is for.
+  /// Returns the pose for the work offset.
   [[nodiscard]] const geometry::Pose& pose() const {
     return after_shims && fixture ? fixture->machine_from_part : measured;
   }
 };
 
-/// One object (docs/reference/formats.md), ended by a newline.
+/// Returns one object (docs/reference/formats.md), ended by a newline.
 [[nodiscard]] std::string ToJson(const CorrectionOutput& output);
 
-/// Several lines, for the operator.
+/// Returns several lines, for the operator.
 [[nodiscard]] std::string CorrectionText(const CorrectionOutput& output);
 
 }  // namespace trammel::report

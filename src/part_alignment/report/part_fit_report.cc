@@ -22,8 +22,8 @@ using part_alignment::Budget;
 using part_alignment::PartFit;
 using part_alignment::PartFitInput;
 
-// The point with the least stock allowance, and where it is in the ideal part; empty without
-// points.
+// Describes the point with the minimum stock allowance, and its place in the ideal part; empty
+// without points.
 std::string LeastWords(const PartFitInput& input, const PartFit& fit) {
   if (fit.stock_allowances.empty()) return {};
   const auto least = std::min_element(

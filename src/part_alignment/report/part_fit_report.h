@@ -1,4 +1,4 @@
-// A part fit and an uncertainty budget as JSON and text, the fit's page and its figure.
+// Writes a part fit and an uncertainty budget as JSON and text, the fit's page and its figure.
 #pragma once
 
 #include <span>
@@ -10,8 +10,8 @@
 
 namespace trammel::report {
 
-/// One object (docs/reference/formats.md), ended by a newline. What is meant only with verdict good
-/// is null otherwise.
+/// Returns one object (docs/reference/formats.md), ended by a newline. Values that need verdict
+/// good are null otherwise.
 [[nodiscard]] std::string ToJson(const part_alignment::PartFitInput& input,
                                  const part_alignment::PartFit& fit);
 [[nodiscard]] std::string ToJson(const part_alignment::Budget& budget);
@@ -27,7 +27,7 @@ namespace trammel::report {
 [[nodiscard]] Figure StockAllowanceFigure(const part_alignment::PartFitInput& input,
                                           const part_alignment::PartFit& fit);
 
-/// HTML that stands alone.
+/// Returns self-contained HTML.
 [[nodiscard]] std::string PartFitPage(const part_alignment::PartFitInput& input,
                                       const part_alignment::PartFit& fit,
                                       std::span<const Figure> figures);

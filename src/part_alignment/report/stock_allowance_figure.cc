@@ -1,4 +1,4 @@
-// Where a raw part has material to spare: each side of the part on its own.
+// Figure of a raw part's stock allowance: each side of the part separately.
 #include <fmt/format.h>
 
 #include <Eigen/Core>
@@ -30,7 +30,7 @@ using part_alignment::PartFitInput;
 using part_alignment::PointStockAllowance;
 using part_alignment::SurfaceKind;
 
-/// Between two triangles, in the ideal part's frame.
+/// Edge between two triangles, in the ideal part's frame.
 struct OutlineEdge {
   Eigen::Vector3d from_mm;
   Eigen::Vector3d to_mm;
@@ -39,7 +39,7 @@ struct OutlineEdge {
   bool sharp = false;            ///< an edge of the part, seen wherever one of its sides is
 };
 
-// Whether one of the two faces along an axis and the other against it.
+// True if one of the two faces along an axis and the other against it.
 bool Turns(const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
   return ((a.array() > 0) != (b.array() > 0)).any();
 }
@@ -62,8 +62,8 @@ void AddOutline(const MeshDistance& mesh, std::vector<OutlineEdge>& outline) {
   }
 }
 
-/// Sharp edges of all meshes, and those smooth ones that are outlines along one of the six
-/// directions of the axes.
+/// Returns the sharp edges of all meshes, and those smooth ones that are outlines along one of the
+/// six directions of the axes.
 std::vector<OutlineEdge> OutlineOf(const part_alignment::PartFitInput& input) {
   std::vector<OutlineEdge> outline;
   std::set<const MeshDistance*> drawn;  // several surfaces may be on one mesh
@@ -75,8 +75,8 @@ std::vector<OutlineEdge> OutlineOf(const part_alignment::PartFitInput& input) {
   return outline;
 }
 
-// Seen from outside, with `right` to the right, where `mirrored` is not set; else drawn as if seen
-// through the part, so that x and y never run to the left.
+// View from outside, with `right` to the right, unless `mirrored`; then drawn through the part, so
+// that x and y never run to the left.
 struct Side {
   const char* title;
   int axis;
@@ -93,13 +93,13 @@ constexpr std::array<Side, 6> kSides{{{"Towards +z", 2, 1, 0, 1},
 
 struct PlacedPoint {
   std::string id;
-  Eigen::Vector3d at_mm;  // in the ideal part's frame
+  Eigen::Vector3d at_mm;  // ideal part's frame
   std::size_t side = 0;   // index into kSides
   double surplus_mm = 0;
   bool told = false;  // the placement rests on it, it has the least, or material is missing
 };
 
-// Outward from the ideal part, at this place; not normalised.
+// Returns the outward normal at a point of the ideal part; not normalised.
 Eigen::Vector3d Outward(const IdealSurface& surface, const Eigen::Vector3d& at_mm) {
   if (surface.kind == SurfaceKind::kPlane) return surface.direction;
   const Eigen::Vector3d axis = surface.direction.normalized();
@@ -166,7 +166,7 @@ std::array<Range, 3> ExtentOf(const std::vector<PlacedPoint>& placed,
   return extent;
 }
 
-// The same px per mm both ways, unless that left one of them with next to no room.
+// Sets equal px per mm on both axes, unless one of them would have next to no room.
 void MakeAlike(const RectPx& room, Range& right, Range& up) {
   constexpr double kMostStretched = 3;
   const double ratio =
@@ -180,11 +180,11 @@ bool Overlap(const RectPx& a, const RectPx& b) {
   return a.x < b.right() && b.x < a.right() && a.y < b.bottom() && b.y < a.bottom();
 }
 
-// Beside its point where no other name stands; left away where there is no such place.
+// Draws a name beside its point where no other name is; omits it if there is no such place.
 void DrawName(Canvas& canvas, const RectPx& inside, const PointPx& at, const std::string& name,
               std::vector<RectPx>& taken) {
   constexpr double kAside = 8;
-  constexpr double kApart = 13;  // of the name's middle above or below the point
+  constexpr double kApart = 13;  // vertical distance of the name's middle from the point
   constexpr TextStyle kStyle{.size_px = 11};
   const double width = canvas.TextWidth(name, kStyle) + 4;
   constexpr double kHeight = 14;
@@ -205,7 +205,7 @@ void DrawName(Canvas& canvas, const RectPx& inside, const PointPx& at, const std
   }
 }
 
-// Edges that run towards this side, each only where it is longer than a pixel.
+// Draws edges that face this side, each only if it is longer than a pixel.
 void DrawOutline(Canvas& canvas, const Plot& plot, const std::vector<OutlineEdge>& outline,
                  const Side& side) {
   constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
@@ -233,7 +233,7 @@ void DrawOutline(Canvas& canvas, const Plot& plot, const std::vector<OutlineEdge
   canvas.Polyline(lines, {.color = kMuted, .width_px = 1});
 }
 
-// Of many points those that a dot of this radius leaves apart; of several the one with the least.
+// Selects points that dots of this radius do not overlap; of several, the one with the least stock.
 std::vector<const PlacedPoint*> ToDraw(const std::vector<PlacedPoint>& placed, std::size_t side,
                                        const Plot& plot, const Side& axes, double radius) {
   constexpr std::size_t kAllOf = 150;
@@ -276,7 +276,7 @@ void DrawSide(Canvas& canvas, const RectPx& room, const std::vector<PlacedPoint>
   };
   const auto count = std::count_if(placed.begin(), placed.end(),
                                    [&](const PlacedPoint& point) { return point.side == number; });
-  // Small enough for an even spread of as many not to touch.
+  // Small enough that as many in an even spread do not touch.
   const double radius =
       std::clamp(0.3 * std::sqrt(room.width * room.height / static_cast<double>(count)), 2.0, 4.5);
   DrawOutline(canvas, plot, outline, side);
@@ -302,7 +302,7 @@ void DrawSide(Canvas& canvas, const RectPx& room, const std::vector<PlacedPoint>
   }
 }
 
-/// The sides that points face, in their order.
+/// Returns the sides that points face, in their order.
 std::vector<std::size_t> SidesOf(const std::vector<PlacedPoint>& placed) {
   std::vector<std::size_t> sides;
   for (std::size_t side = 0; side < kSides.size(); ++side) {
@@ -314,7 +314,7 @@ std::vector<std::size_t> SidesOf(const std::vector<PlacedPoint>& placed) {
   return sides;
 }
 
-/// Sides in two columns, or in one where there is no room.
+/// Draws sides in two columns, or in one if there is no room.
 Canvas Draw(const std::vector<PlacedPoint>& placed, const std::vector<OutlineEdge>& outline,
             double width_px) {
   constexpr double kLeftPx = 62;

@@ -103,7 +103,7 @@ Json PlainJson(const Survey& survey) {
           {"left_over", std::move(left_over)}};
 }
 
-// What the plain points came to, as lines of text.
+// Formats the results of the plain points as lines of text.
 std::vector<std::string> PlainWords(const Survey& survey) {
   const part_alignment::PlainSummary& plain = survey.plain;
   if (plain.points == 0) return {};
@@ -134,7 +134,7 @@ std::vector<std::string> PlainWords(const Survey& survey) {
   return words;
 }
 
-// Root of the mean variance of a target's coordinates.
+// Returns the root of the mean variance of a target's coordinates.
 double SigmaOf(const SurveyedTarget& target) { return target.sigma_mm.norm() / std::sqrt(3.0); }
 
 std::string OutlierWords(const SurveyOutlier& outlier) {

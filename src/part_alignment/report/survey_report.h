@@ -1,4 +1,4 @@
-// A survey's answer as text, JSON, a table of points and a page.
+// Writes a survey's result as text, JSON, a table of points and a page.
 #pragma once
 
 #include <string>
@@ -7,16 +7,16 @@
 
 namespace trammel::report {
 
-/// One object (docs/reference/formats.md), ended by a newline; what `align solve` takes as targets.
-/// What is meant only with verdict good is null otherwise.
+/// Returns one object (docs/reference/formats.md), ended by a newline, which `align solve` reads as
+/// targets. Values that need verdict good are null otherwise.
 [[nodiscard]] std::string ToJson(const part_alignment::Survey& survey);
 
 /// Several lines.
 [[nodiscard]] std::string SurveyText(const part_alignment::Survey& survey);
 
-/// The table of points of `align fit`, the column `surface` empty but for plain targets. REQUIRES
-/// verdict good.
-/// @param surface  that the plain targets lie on; may be empty.
+/// Returns the table of points for `align fit`; the column `surface` is empty except for plain
+/// targets. REQUIRES verdict good.
+/// @param surface  that has the plain targets; may be empty.
 [[nodiscard]] std::string SurveyPoints(const part_alignment::Survey& survey,
                                        const std::string& surface);
 

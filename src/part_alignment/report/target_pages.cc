@@ -33,7 +33,7 @@ void Line(cairo_t* context, double x0, double y0, double x1, double y1, double w
   cairo_stroke(context);
 }
 
-/// Corners of the square to cut along, drawn beyond it.
+/// Draws the corners of the square to cut along, outside it.
 void DrawCropMarks(cairo_t* context, const pa::PlacedTarget& target, double square_mm) {
   constexpr double kGap_mm = 0.3;
   constexpr double kMark_mm = 1.2;
@@ -49,8 +49,7 @@ void DrawCropMarks(cairo_t* context, const pa::PlacedTarget& target, double squa
   }
 }
 
-/// Disc and ring. Neighbouring inked segments are one path, so that no seam
-/// shows between them.
+/// Draws disc and ring. Adjacent inked segments are one path, to avoid a seam between them.
 void DrawRing(cairo_t* context, const pa::PlacedTarget& target, const pa::SheetRequest& request) {
   const double step = 2 * std::numbers::pi / request.bits;
   const auto inked = [&](int k) {
@@ -137,7 +136,7 @@ std::string TargetPagesPdf(const part_alignment::TargetSheet& sheet) {
       AppendBytes, &pdf, sheet.request.page_width_mm * kPointsPerMm,
       sheet.request.page_height_mm * kPointsPerMm));
   cairo_pdf_surface_set_metadata(surface.get(), CAIRO_PDF_METADATA_TITLE, "Targets");
-  // Equal sheets give equal bytes: no time of making.
+  // Equal sheets yield equal bytes: no creation time.
   cairo_pdf_surface_set_metadata(surface.get(), CAIRO_PDF_METADATA_CREATE_DATE,
                                  "2000-01-01T00:00:00Z");
   {

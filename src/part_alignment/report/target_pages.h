@@ -1,4 +1,4 @@
-// Pages of targets to print, to scale.
+// Writes pages of targets to print, to scale.
 #pragma once
 
 #include <string>
@@ -8,15 +8,15 @@
 
 namespace trammel::report {
 
-/// All pages, 1 mm on the page being 1 mm: print without fitting to the page,
-/// and check the scale bar. REQUIRES a sheet of PlanTargetSheet.
+/// Returns all pages, at a scale of 1:1: print without fitting to the page, and check the scale
+/// bar. REQUIRES a sheet of PlanTargetSheet.
 [[nodiscard]] std::string TargetPagesPdf(const part_alignment::TargetSheet& sheet);
 
-/// One page, from 0.
+/// Returns one page, counted from 0.
 [[nodiscard]] std::string TargetPageSvg(const part_alignment::TargetSheet& sheet, int page);
 
-/// One page as grey pixels (1 channel). REQUIRES px_per_mm in (0, 100] and a
-/// picture of at most 30,000 px a side.
+/// Returns one page as grey pixels (1 channel). REQUIRES px_per_mm in (0, 100] and a picture of at
+/// most 30,000 px a side.
 [[nodiscard]] Page TargetPageImage(const part_alignment::TargetSheet& sheet, int page,
                                    double px_per_mm);
 

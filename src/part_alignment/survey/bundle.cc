@@ -98,7 +98,7 @@ ObservationRow RowOf(const Network& network, const NetworkObservation& observati
   const double root = std::sqrt(loss.Weight(partials.residual.squaredNorm()));
   const Index first = normal.first_of_point[observation.point];
   ObservationRow row;
-  std::vector<Index> columns;  // of both
+  std::vector<Index> columns;  // columns of both
   for (Index axis = 0; first >= 0 && axis < 3; ++axis) {
     row.unknowns.push_back(first + axis);
     columns.push_back(axis);
@@ -117,7 +117,7 @@ ObservationRow RowOf(const Network& network, const NetworkObservation& observati
   return row;
 }
 
-// Inner constraints: every step leaves the datum as it was.
+// Inner constraints: no step changes the datum.
 struct BundleModel {
   const BundleOptions& options;
   struct Linearised {
@@ -215,7 +215,7 @@ namespace {
 
 constexpr double kUnchecked = 0.02;  // a redundancy below which a residual tells nothing
 
-// The inverse within the datum: bordered by the motions it leaves free.
+// Computes the inverse within the datum: bordered by the motions that it does not fix.
 MatrixXd InverseInDatum(MatrixXd matrix, const MatrixXd& motions, Index points, bool& determined) {
   const double scale = points > 0 ? matrix.diagonal().head(points).mean() : 1;
   matrix += scale * motions * motions.transpose();

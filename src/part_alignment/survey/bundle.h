@@ -11,7 +11,7 @@
 
 namespace trammel::part_alignment {
 
-/// Which of the lens's parameters are solved for; the others stay.
+/// Lens parameters to solve for; the others are fixed.
 using FreeLens = std::array<bool, kLensParameters>;
 inline constexpr FreeLens kFocalFree{true};
 inline constexpr FreeLens kFocalAndRadialFree{true, false, false, true};
@@ -19,24 +19,24 @@ inline constexpr FreeLens kLensFree{true, true, true, true, true, true, true, tr
 
 struct BundleOptions {
   FreeLens free = kLensFree;
-  /// Cauchy's loss with this width, in sigmas; 0: least squares.
+  /// Width of Cauchy's loss, in sigmas; 0: least squares.
   double loss_sigma = 0;
-  /// Bars are observations; without them the size is free.
+  /// True: bars are observations; without them the size is free.
   bool bars = true;
   int most_iterations = 60;
-  /// Points stay where they are: stations and lens alone are solved for.
+  /// True: points are fixed; only stations and lens are solved for.
   bool fixed_points = false;
 };
 
-/// Shared unknowns: the points' coordinates in turn, then the free parameters of the lens. A
-/// station's own: its place, then a turn before the camera.
+/// Normal equations. Shared unknowns: the points' coordinates in turn, then the free parameters of
+/// the lens. A station's own: its place, then a rotation before the camera.
 struct BundleNormal {
   NormalEquations equations;
   std::vector<Eigen::Index> first_of_point;  ///< index of x; -1 of a point that is not solved for
   std::vector<Eigen::Index> index_of_lens;   ///< -1 of a parameter that is not free
 };
 
-/// One observation's part in the adjustment, whitened by its sigma.
+/// Derivatives and residual of one observation, whitened by its sigma.
 struct ObservationPartials {
   Eigen::Vector2d residual;
   Eigen::Matrix<double, 2, 6> by_station;  ///< place, then a turn before the camera
@@ -47,39 +47,40 @@ struct ObservationPartials {
 [[nodiscard]] ObservationPartials PartialsOf(const Network& network,
                                              const NetworkObservation& observation);
 
-/// Weights: the stated sigmas', less Cauchy's where the options have a loss.
+/// Builds the normal equations, weighted by the stated sigmas and, if the options have one, by
+/// Cauchy's loss.
 [[nodiscard]] BundleNormal NormalOf(const Network& network, const BundleOptions& options);
-/// Orthonormal columns: the motions of all points that no observation notices (and the change of
-/// size, without bars). Rows as the reduced unknowns.
+/// Computes orthonormal columns: the motions of all points that no observation shows (and the
+/// change of size, without bars). Rows as the reduced unknowns.
 [[nodiscard]] Eigen::MatrixXd DatumMotions(const Network& network, const BundleNormal& normal,
                                            bool bars);
 
-/// Levenberg-Marquardt on a free network: every step leaves the points' centroid, mean orientation
-/// (and size, without bars) as they were, by inner constraints. Stations and points that are not
-/// placed stay as they are. REQUIRES all placed points before the stations that see them.
+/// Adjusts a free network by Levenberg-Marquardt. Inner constraints fix the points' centroid, mean
+/// orientation (and size, without bars) in every step. Does not change stations and points that are
+/// not placed. REQUIRES all placed points in front of the stations that see them.
 [[nodiscard]] DescentEnd AdjustBundle(const BundleOptions& options, Network& network);
 
-/// The stated sigmas are taken as they are; nothing is scaled by the residuals.
+/// Precision by the stated sigmas; nothing is scaled by the residuals.
 struct NetworkPrecision {
-  /// Whether the observations determine all unknowns but the datum. Nothing else is meant if not.
+  /// True if the observations determine all unknowns but the datum. If not, ignore the rest.
   bool determined = false;
-  /// Of the placed points' coordinates, in the datum of inner constraints over all of them: least
-  /// trace, singular by six (seven without bars).
+  /// Covariance of the placed points' coordinates, in the datum of inner constraints over all of
+  /// them: least trace, singular by six (seven without bars).
   Eigen::MatrixXd points;
-  /// Of the lens; rows of parameters that were not free are 0.
+  /// Covariance of the lens; rows of fixed parameters are 0.
   Eigen::Matrix<double, kLensParameters, kLensParameters> lens =
       Eigen::Matrix<double, kLensParameters, kLensParameters>::Zero();
-  /// One for each of network.observations; 0 where it takes no part.
+  /// Check of each of network.observations; 0 if it is not used.
   struct ObservationCheck {
-    /// Mean of both coordinates: the share of an error that its residual shows, 0 … 1.
+    /// Share of an error that its residual shows, mean of both coordinates, 0 … 1.
     double redundancy = 0;
-    /// v^T Qvv^-1 v: chi-square of two degrees where the observation is right (Baarda's test of
-    /// both coordinates together). 0 where redundancy is too small to tell.
+    /// Test v^T Qvv^-1 v: chi-square of two degrees if the observation is right (Baarda's test of
+    /// both coordinates together). 0 if redundancy is too small for a test.
     double test = 0;
   };
   std::vector<ObservationCheck> observations;
-  /// Of each station that takes part: covariance of its place, its turn before the camera and the
-  /// lens (rows of parameters that were not free are 0), in the same datum.
+  /// Covariance of each used station's position, its turn before the camera and the lens (rows of
+  /// fixed parameters are 0), in the same datum.
   struct StationPrecision {
     std::size_t station = 0;
     Eigen::Matrix<double, 6 + kLensParameters, 6 + kLensParameters> covariance;

@@ -1,4 +1,5 @@
-// The camera of a survey: free in hand, one lens for all pictures, calibrated along with the part.
+// Network of a survey by a hand-held camera: one lens for all pictures, calibrated along with the
+// part.
 #pragma once
 
 #include <Eigen/Core>
@@ -19,10 +20,10 @@ enum LensIndex { kFocal, kColumn, kRow, kK1, kK2, kK3, kP1, kP2, kLensParameters
 inline constexpr std::array<const char*, kLensParameters> kLensParameterNames{
     "focal_length_px", "principal_column_px", "principal_row_px", "k1", "k2", "k3", "p1", "p2"};
 
-/// f and c in px.
+/// Lens parameters; f and c in px.
 using Lens = Eigen::Matrix<double, kLensParameters, 1>;
 
-/// A lens without distortion, its principal point in the middle of the picture.
+/// Returns a lens without distortion, its principal point in the middle of the picture.
 [[nodiscard]] Lens PlainLens(double focal_px, int width_px, int height_px);
 
 struct LensProjection {
@@ -31,12 +32,12 @@ struct LensProjection {
   Eigen::Matrix<double, 2, kLensParameters> by_lens;
 };
 
-/// Where a point of the camera's frame appears, with derivatives. Absent behind the camera, or more
-/// than 80 degrees off its axis.
+/// Projects a point of the camera's frame, with derivatives. Absent behind the camera, or more than
+/// 80 degrees off its axis.
 [[nodiscard]] std::optional<LensProjection> ProjectLens(const Lens& lens,
                                                         const Eigen::Vector3d& camera);
 
-/// The unit line of sight of a pixel. Absent where the distortion cannot be inverted.
+/// Computes a pixel's unit line of sight. Absent where the distortion cannot be inverted.
 [[nodiscard]] std::optional<Eigen::Vector3d> ObservationLine(const Lens& lens,
                                                              const Eigen::Vector2d& pixel);
 
@@ -64,7 +65,7 @@ struct NetworkBar {
   bool used = true;
 };
 
-/// In any unit of length until bars are used.
+/// Network in any unit of length until bars are used.
 struct Network {
   Lens lens = Lens::Zero();
   std::vector<Station> stations;
@@ -73,20 +74,20 @@ struct Network {
   std::vector<NetworkBar> bars;
 };
 
-/// Whether an observation is used and both of its ends are placed.
+/// True if an observation is used and both of its ends are placed.
 [[nodiscard]] bool TakesPart(const Network& network, const NetworkObservation& observation);
-/// The same of a bar.
+/// True if the bar is used.
 [[nodiscard]] bool TakesPart(const Network& network, const NetworkBar& bar);
 
-/// Projected less seen, px; absent where the point is not before the camera.
+/// Computes projected minus observed, px; absent if the point is not in front of the camera.
 [[nodiscard]] std::optional<Eigen::Vector2d> Misclosure(const Network& network,
                                                         const NetworkObservation& observation);
 
-/// Where lines (places and unit directions) come closest together; absent for parallel ones.
+/// Returns the point nearest to lines (positions and unit directions); absent for parallel ones.
 [[nodiscard]] std::optional<Eigen::Vector3d> Intersect(
     const std::vector<Eigen::Vector3d>& places, const std::vector<Eigen::Vector3d>& directions);
 
-/// Turns, moves and scales everything alike: x -> scale · rotation · (x - origin).
+/// Rotates, moves and scales the whole network: x -> scale · rotation · (x - origin).
 void Transform(const Eigen::Matrix3d& rotation, const Eigen::Vector3d& origin, double scale,
                Network& network);
 

@@ -20,9 +20,9 @@ using Eigen::Vector3d;
 
 constexpr double kWide = 0.02;       // of the longer side: tolerance before the lens is known
 constexpr double kNarrow = 0.00075;  // and after: 3 px of 4000
-constexpr std::size_t kPairs = 4;    // that are tried
+constexpr std::size_t kPairs = 4;    // pairs tried
 constexpr std::size_t kSeedStations = 8;
-constexpr std::size_t kLensStations = 8;  // from which the whole lens is solved for
+constexpr std::size_t kLensStations = 8;  // minimum for solving the whole lens
 constexpr double kLeastAngle = 0.1;       // rad, between two lines that place a point
 
 using Observations = std::vector<std::vector<std::size_t>>;
@@ -47,7 +47,7 @@ std::vector<std::pair<std::size_t, std::size_t>> Shared(const Network& network,
   return shared;
 }
 
-// What no affine map of one picture makes of the other: parallax and perspective, px rms.
+// Returns the misfit of the best affine map between two pictures: parallax and perspective, px rms.
 double AffineMisfit(const Network& network,
                     const std::vector<std::pair<std::size_t, std::size_t>>& shared) {
   const auto count = static_cast<Index>(shared.size());
@@ -64,7 +64,7 @@ double AffineMisfit(const Network& network,
 
 std::vector<Pair> BestPairs(const Network& network, const Observations& observations, int side_px) {
   constexpr std::size_t kLeastShared = 6;
-  constexpr double kEnoughMisfit = 0.01;  // of the side
+  constexpr double kEnoughMisfit = 0.01;  // relative to the side
   constexpr double kEnoughShared = 20;
   std::vector<Pair> pairs;
   for (std::size_t i = 0; i < observations.size(); ++i) {
@@ -89,7 +89,7 @@ double ErrorOf(const Network& network, const NetworkObservation& observation) {
   return misclosure ? misclosure->norm() : std::numeric_limits<double>::infinity();
 }
 
-// Takes what is within the tolerance, leaves the rest.
+// Uses the observations within the tolerance, and no others.
 void Gate(double tolerance_px, Network& network) {
   for (NetworkObservation& observation : network.observations) {
     if (network.stations[observation.station].placed && network.points[observation.point].placed)
@@ -105,7 +105,7 @@ std::vector<double> Errors(const Network& network) {
   return errors;
 }
 
-// The point on which most of its observations agree; absent with fewer than two.
+// Computes the point that agrees with most of its observations; absent with fewer than two.
 std::optional<Vector3d> IntersectObservations(const Network& network,
                                               const std::vector<std::size_t>& observations,
                                               double tolerance_px) {
@@ -175,7 +175,7 @@ std::size_t KnownObservations(const Network& network,
       [&](std::size_t i) { return network.points[network.observations[i].point].placed; }));
 }
 
-// Stations not yet placed that see at least `least` placed points, most first.
+// Returns stations not yet placed that see at least `least` placed points, most first.
 std::vector<std::size_t> NextStations(const Network& network, const Observations& observations,
                                       std::size_t least) {
   std::vector<std::size_t> next;
@@ -227,7 +227,7 @@ std::size_t Placed(const Network& network) {
                                                 [](const Station& s) { return s.placed; }));
 }
 
-// Lets further pictures judge an oriented pair.
+// Tests an oriented pair by further pictures.
 std::optional<Seed> TrySeed(const NetworkStartOptions& options, const Observations& observations,
                             const Pair& pair, const RelativeOrientation& orientation,
                             Network network, Random& random) {
@@ -254,15 +254,15 @@ std::optional<Seed> TrySeed(const NetworkStartOptions& options, const Observatio
   return Seed{std::move(network), errors.size(), Median(errors)};
 }
 
-// Whether a seed explains the pictures better: how many observations, weighed by how well.
+// Scores a seed: number of explained observations, weighted by their fit.
 double WorthOf(const Seed& seed, double side_px) {
-  constexpr double kFine = 5e-4;  // of the side: 2 px of 4000
+  constexpr double kFine = 5e-4;  // relative to the side: 2 px of 4000
   return static_cast<double>(seed.used) / (1 + seed.median_px / (kFine * side_px));
 }
 
 std::optional<Seed> BestSeed(const NetworkStartOptions& options, const Observations& observations,
                              const Network& network, Random& random) {
-  constexpr double kGoodEnough = 1e-4;  // of the side
+  constexpr double kGoodEnough = 1e-4;  // relative to the side
   const double side_px = options.longer_side_px;
   std::optional<Seed> best;
   for (const Pair& pair : BestPairs(network, observations, options.longer_side_px)) {

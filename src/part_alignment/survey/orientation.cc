@@ -52,7 +52,7 @@ constexpr auto kProducts = [] {
 
 using Polynomial = Eigen::Matrix<double, kMonomials, 1>;
 
-// REQUIRES a product of the third degree at most.
+// Multiplies. REQUIRES a product of the third degree at most.
 Polynomial Times(const Polynomial& a, const Polynomial& b) {
   Polynomial product = Polynomial::Zero();
   for (Index i = 0; i < kMonomials; ++i) {
@@ -117,7 +117,7 @@ Eigen::Matrix<double, 10, kMonomials> ConstraintsOn(const PolynomialMatrix& esse
   return rows;
 }
 
-// Multiplication by the first unknown, on the basis of the quotient ring.
+// Returns the matrix of multiplication by the first unknown, on the basis of the quotient ring.
 Eigen::Matrix<double, kBasis, kBasis> ActionMatrix(
     const Eigen::Matrix<double, 10, kMonomials>& constraints) {
   const Eigen::Matrix<double, 10, 10> cubic =
@@ -153,7 +153,7 @@ std::array<RelativeOrientation, 4> DecomposeEssential(const Matrix3d& essential)
   return all;
 }
 
-// How many points lie before both cameras.
+// Counts the points in front of both cameras.
 int InFront(const RelativeOrientation& pair, std::span<const Vector3d> first,
             std::span<const Vector3d> second) {
   int count = 0;
@@ -274,7 +274,7 @@ std::vector<double> QuarticRoots(const std::array<double, 5>& rising) {
   return roots;
 }
 
-// A right-handed frame on three points.
+// Returns a right-handed frame on three points.
 Matrix3d FrameOn(const Vector3d& a, const Vector3d& b, const Vector3d& c) {
   Matrix3d frame;
   frame.col(0) = (b - a).normalized();
@@ -308,7 +308,7 @@ std::vector<std::size_t> Placed(const Network& network, std::span<const std::siz
   return placed;
 }
 
-// The bundle's model with one station, and the points that it sees.
+// Returns the bundle's model with one station, and the points that it sees.
 Network StationAlone(const Network& network, const std::vector<std::size_t>& observations,
                      const Station& start) {
   Network alone;
@@ -432,7 +432,7 @@ std::optional<Resection> Resect(const Network& network, std::span<const std::siz
     if (CountAgreeing(network, best.station, std::span(&i, 1), tolerance_px, total) == 1)
       agreed.push_back(i);
   }
-  constexpr double kWidth = 0.2;  // of the tolerance
+  constexpr double kWidth = 0.2;  // relative to the tolerance
   const double sigma_px = network.observations[placed[0]].sigma_px;
   const auto fit =
       FitStation(network, agreed, best.station, kWidth * tolerance_px / sigma_px, false);

@@ -22,13 +22,13 @@ namespace {
 
 constexpr double kBeside_px = 8;
 constexpr int kLeastBeside = 3;       // pictures
-constexpr double kBesideShare = 0.2;  // of those that show it at its place
+constexpr double kBesideShare = 0.2;  // of the views that show it at its place
 constexpr double kChances = 4;        // times what chance lets expect
 constexpr double kFacing = 0.34;      // cosine, 70 degrees: beyond it no disc is seen
 
 constexpr std::size_t kNobody = std::numeric_limits<std::size_t>::max();
 
-// The target of each view's sights.
+// Returns the target of each view's sights.
 std::vector<std::vector<std::size_t>> OwnersOf(const PlainMatches& matches) {
   std::vector<std::vector<std::size_t>> owners;
   for (const auto& fates : matches.fates) owners.emplace_back(fates.size(), kNobody);
@@ -48,8 +48,8 @@ Vector3d SeenFrom(const std::vector<PlainView>& views, const PlainMatch& match) 
   return sum.normalized();
 }
 
-// Pictures from the side from which others show it that show a point beside the place and none at
-// it; and how many would by chance.
+// Number of pictures, from the side of the others, that show a point beside the place and none at
+// it; and the number expected by chance.
 struct Beside {
   int pictures = 0;
   double by_chance = 0;
@@ -91,7 +91,7 @@ Beside BesideOf(const std::vector<PlainView>& views, const PlainMatches& matches
   return beside;
 }
 
-// Whether one is seen before some picture only, the other after it only, and not by chance.
+// True if one is seen only before some picture, the other only after it, and not by chance.
 bool InTurn(const PlainMatch& a, const PlainMatch& b) {
   constexpr double kLogUnlikely = -3;  // 5 %, of neighbours, which one picture shows both of
   if (!(a.members.back().view < b.members.front().view ||
@@ -128,7 +128,7 @@ void DropDoubtful(const std::vector<PlainView>& views, PlainMatches& matches) {
       fate[t] = PlainFate::kNotStill;
     }
   }
-  constexpr double kFar = 0.1;  // of the part: what is put elsewhere stays in the neighbourhood
+  constexpr double kFar = 0.1;       // of the part: moved targets are sought only nearby
   constexpr double kSameSide = 0.8;  // cosine
   for (std::size_t a = 0; a < count; ++a) {
     for (std::size_t b = a + 1; b < count; ++b) {
@@ -152,8 +152,8 @@ void DropDoubtful(const std::vector<PlainView>& views, PlainMatches& matches) {
 
 namespace {
 
-// What the outlines differ by from those of one disc, its normal times its radius given: the sum
-// of squares, of an axis.
+// Computes the misfit of the outlines to one disc, given its normal times its radius: the sum of
+// squares, of an axis.
 double Misfit(const std::vector<DiscShape>& shapes, const Vector3d& disc, Matrix3d& normal,
               Vector3d& right) {
   const Matrix3d of_disc = disc.squaredNorm() * Matrix3d::Identity() - disc * disc.transpose();
@@ -162,7 +162,7 @@ double Misfit(const std::vector<DiscShape>& shapes, const Vector3d& disc, Matrix
   right.setZero();
   for (const DiscShape& shape : shapes) {
     const auto& by_place = shape.by_place;
-    const double weight = 1 / (4 * shape.moments.norm());  // of a² by a: 2 a
+    const double weight = 1 / (4 * shape.moments.norm());  // d(a²)/da = 2 a
     const Matrix2d off = shape.moments - by_place * of_disc * by_place.transpose();
     squares += weight * off.squaredNorm();
     Eigen::Matrix<double, 3, 3> rows;  // both diagonals, and what stands beside them twice
@@ -185,7 +185,7 @@ struct Found {
   double misfit = std::numeric_limits<double>::infinity();
 };
 
-// The least misfit that is found from one start: Levenberg-Marquardt.
+// Finds the smallest misfit from one start: Levenberg-Marquardt.
 Found LeastMisfit(const std::vector<DiscShape>& shapes, Vector3d disc) {
   constexpr int kSteps = 12;
   Matrix3d normal;
@@ -237,7 +237,7 @@ std::optional<ShapeFit> FitShape(const std::vector<PlainView>& views, const Plai
   }
   constexpr std::size_t kLeastShapes = 3;
   if (shapes.size() < kLeastShapes) return std::nullopt;
-  // Tilted to either side of where it is seen from: few outlines do not tell to which.
+  // Tilted to either side of the viewing direction: few outlines do not determine which.
   const Vector3d ahead = seen_from.normalized();
   const Vector3d aside = ahead.unitOrthogonal();
   const Vector3d above = ahead.cross(aside);
@@ -268,7 +268,7 @@ std::optional<ShapeFit> FitShape(const std::vector<PlainView>& views, const Plai
 }
 
 void DropByShape(const std::vector<PlainView>& views, PlainMatches& matches) {
-  constexpr std::size_t kLeastTargets = 8;  // that tell what outlines differ by
+  constexpr std::size_t kLeastTargets = 8;  // for a common difference of outlines
   constexpr double kUnlikely = 1e-6;
   constexpr double kAlike = 2;  // times what most differ by: larger discs, other lights
   constexpr double kMostLeftOut = 0.2;

@@ -25,9 +25,9 @@ using Eigen::Vector3d;
 constexpr std::size_t kPartners = 16;  // views that a sight is paired in at first
 constexpr std::size_t kNear = 24;      // views that a place is looked for in first
 constexpr double kMostFalse = 1e-3;    // expected false targets of a survey
-constexpr double kUnlikely = 1e-6;     // of the rays' residuals
+constexpr double kUnlikely = 1e-6;     // probability of rays' residuals
 
-// What a place is chosen by.
+// Returns the criteria for choosing a position.
 std::pair<int, std::size_t> Evidence(const PlainMatch& match) {
   return {match.off_plane + match.lonely, match.members.size()};
 }
@@ -68,7 +68,7 @@ class Matcher {
     return found_.fates[member.view][member.sight] == PlainFate::kFree;
   }
 
-  // Pairs at angles that intersect well and in which a target looks alike.
+  // Orders pairs at angles that intersect well and in which a target looks alike.
   void OrderPartners() {
     const Vector3d middle = 0.5 * (options_.room.low + options_.room.high);
     constexpr double kBest = 0.44;  // rad, 25 degrees
@@ -94,7 +94,7 @@ class Matcher {
     }
   }
 
-  // Gives what stands where a target is known to be to that one.
+  // Assigns sights at the place of a known target to that target.
   void LeaveToKnown() {
     for (const PlainMatch& known : options_.known) {
       for (std::size_t v = 0; v < views_.size(); ++v) {
@@ -107,7 +107,8 @@ class Matcher {
     }
   }
 
-  // The sight of a view at a place; none if there are two. Those that are free, or of a target.
+  // Returns the only sight of a view at a place; none if there are two. Free sights only, or also
+  // those of a target.
   std::optional<std::size_t> SightAt(std::size_t v, const PlainMatch& match, bool free_only) const {
     std::optional<std::size_t> one;
     for (const std::size_t k : SightsAt(views_[v], match, options_.gate)) {
@@ -119,7 +120,8 @@ class Matcher {
     return one;
   }
 
-  // Adds what other views show there, until nothing changes. False if no third one does.
+  // Adds the sights of other views at that place, until nothing changes. False without a third
+  // view.
   bool Grow(PlainMatch& match) {
     constexpr int kRounds = 6;
     for (int round = 0; round < kRounds; ++round) {
@@ -145,7 +147,7 @@ class Matcher {
                        [&](std::size_t v) { return v != second && SightAt(v, match, true); });
   }
 
-  // The place of a sight that most rays confirm.
+  // Returns the place of a sight that most rays confirm.
   std::optional<PlainMatch> BestOf(std::size_t v, std::size_t k) {
     const PlainView& view = views_[v];
     const PlainSight& sight = view.sights()[k];
@@ -185,7 +187,7 @@ class Matcher {
     return best;
   }
 
-  // The logarithm of how many such places chance is expected to make of the sights that are free.
+  // Computes the logarithm of the number of such places that chance makes of the free sights.
   [[nodiscard]] double LogFalse(const PlainMatch& match) const {
     double views = 0;
     double chance = 0;
@@ -208,8 +210,8 @@ class Matcher {
            k * std::log(std::max(chance / std::max(views, 1.0), 1e-12));
   }
 
-  // The same, where what is free crowds about the place: a screw's reflections, say, are seen in
-  // half of the pictures within few px, but never at one place.
+  // Computes that logarithm for a crowd of free sights about the place: a screw's reflections, say,
+  // appear in half of the pictures within few px, but never at one place.
   [[nodiscard]] double LogFalseInCrowd(const PlainMatch& match) const {
     double most = -std::numeric_limits<double>::infinity();
     for (const double half_px : {2.0, 4.0, 8.0}) {
@@ -271,7 +273,7 @@ class Matcher {
     }
   }
 
-  // Whether two are one place, found from two of its sights.
+  // Counts the common sights of two matches: one target may be found from two of its sights.
   static std::size_t Shared(const PlainMatch& a, const PlainMatch& b) {
     return static_cast<std::size_t>(
         std::count_if(a.members.begin(), a.members.end(), [&](const PlainMember& member) {
@@ -279,7 +281,7 @@ class Matcher {
         }));
   }
 
-  // What few views show, in pairs of all of them.
+  // Matches targets that few views show, in pairs of all views.
   void TakeFew() {
     widely_ = true;
     for (auto& of_view : idle_) of_view.assign(of_view.size(), false);
@@ -355,7 +357,8 @@ class Matcher {
     return false;
   }
 
-  // All targets at once: a sight that is at two places, or one of two at a place, is of none.
+  // Reassigns all targets at once: a sight at two places, or one of two at a place, belongs to
+  // none.
   void AssignAnew() {
     constexpr int kRounds = 2;
     for (int round = 0; round < kRounds; ++round) {
@@ -384,7 +387,7 @@ class Matcher {
     }
   }
 
-  // Leaves out the worst of rays that miss one another; where it is more than a few, the target.
+  // Drops the worst of rays that miss one another; if they are more than a few, the target.
   void DropByResiduals() {
     constexpr double kMostLeftOut = 0.2;
     std::erase_if(found_.targets, [&](PlainMatch& match) {

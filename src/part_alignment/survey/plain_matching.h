@@ -1,5 +1,5 @@
-// Which points of several pictures are one plain target: by epipolar bands in pairs of pictures,
-// then by all pictures together.
+// Matching of plain targets across pictures: by epipolar bands in pairs of pictures, then by all
+// pictures together.
 #pragma once
 
 #include <Eigen/Core>
@@ -13,45 +13,44 @@ namespace trammel::part_alignment {
 
 struct PlainMatchOptions {
   PlainRoom room;
-  /// Places of targets that are known already (their members are not read): what stands there is
-  /// theirs.
+  /// Places of known targets (their members are not read); sights there belong to them.
   std::vector<PlainMatch> known = {};
-  /// Chi-square of two degrees up to which a sight is that of a place: 3 sigma.
+  /// Upper limit of chi-square of two degrees between a sight and its place: 3 sigma.
   double gate = 11.83;
-  /// Fewer rays than this beyond those in any one plane with the target are no target, >= 1.
+  /// Minimum number of a target's rays beyond those in any one plane with the target, >= 1.
   int least_off_plane = 1;
-  /// Ends the search early.
+  /// Number of targets that ends the search early.
   std::size_t most_targets = SIZE_MAX;
-  /// Places that are looked for in all views, before the search gives up.
+  /// Maximum number of places checked in all views before the search stops.
   std::size_t most_places = 2'000'000;
 };
 
 enum class PlainFate : std::uint8_t {
   kFree,       ///< agrees with no two others
-  kUsed,       ///< of a target
-  kOnePlane,   ///< its rays all lie in one epipolar plane: a row of targets looks so
+  kUsed,       ///< part of a target
+  kOnePlane,   ///< rays all in one epipolar plane, as of a row of targets
   kChance,     ///< agrees with too few, where so many points are: may be by chance
-  kAmbiguous,  ///< of two targets that exclude one another, or two points at one place
-  kResidual,   ///< of a target whose rays miss one another
-  kNotStill,   ///< of one that other pictures show beside its place: moved, or a reflection
-  kMoved,      ///< of one that stands elsewhere from some picture on
+  kAmbiguous,  ///< two targets exclude one another, or two points share a place
+  kResidual,   ///< target's rays do not intersect
+  kNotStill,   ///< seen displaced in other pictures: moved, or a reflection
+  kMoved,      ///< at another place from some picture on
   kCoded,      ///< the disc of a coded target whose code was not read there
-  kNoDisc,     ///< of one whose outlines are not those of a round disc
-  kMerged,     ///< what a view makes of two neighbours, one disc amid them
+  kNoDisc,     ///< outlines do not fit a round disc
+  kMerged,     ///< two neighbours seen as one disc between them
 };
 
 struct PlainMatches {
   std::vector<PlainMatch> targets;
-  std::vector<std::vector<PlainFate>> fates;  ///< of each view's sights
-  bool gave_up = false;                       ///< at most_places
+  std::vector<std::vector<PlainFate>> fates;  ///< per view and sight
+  bool gave_up = false;                       ///< true if at most_places
 };
 
-/// Method: a sight and those in its epipolar bands, within the room, give places (Maas, ISPRS XVII,
-/// 1992); a place is a target by the rays that meet there in all views. Those with most rays first,
-/// each sight once. Rays off the plane, and lonely ones in it, are the evidence: as many as chance
-/// would not bring together among all sights that are free (expected number of false targets below
-/// a thousandth), one of them at least off the plane. Two that
-/// exclude one another with the same evidence are both left out.
+/// Matches sights by epipolar bands. A sight and those in its bands, within the room, yield places
+/// (Maas, ISPRS XVII, 1992); the rays that meet there in all views confirm a target. Targets with
+/// most rays are first; each sight is used once. Rays off the plane, and lonely ones in it, are the
+/// evidence. They must be more than chance would bring together among all free sights (expected
+/// number of false targets below a thousandth), with at least one off the plane. Two targets that
+/// exclude one another with the same evidence are both dropped.
 [[nodiscard]] PlainMatches MatchPlainSights(const std::vector<PlainView>& views,
                                             const PlainMatchOptions& options);
 

@@ -13,15 +13,15 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-constexpr double kReach_px = 8;  // from the middle to either of two
+constexpr double kReach_px = 8;  // from the middle to either disc
 constexpr double kLeastMiddle_px = 1;
-constexpr double kAside_px = 1.5;  // that a surface's slope, not known, lets an offset differ by
+constexpr double kAside_px = 1.5;  // offset change by the unknown slope of the surface
 constexpr std::size_t kNobody = std::numeric_limits<std::size_t>::max();
 
-// Whether a sight is amid two places of its view: the middle, as far as two discs differ.
+// True if a sight is midway between two positions of its view, as far as two discs differ.
 bool IsAmid(const PlainView& view, const Vector2d& slope, const Vector2d& one,
             const Vector2d& other) {
-  constexpr double kMiddle = 0.25;  // of the way from one to the other
+  constexpr double kMiddle = 0.25;  // of the distance between both
   const double near = std::max(kMiddle * (one - other).norm(), kLeastMiddle_px / view.focal_px());
   return (0.5 * (one + other) - slope).norm() < near;
 }
@@ -61,7 +61,7 @@ class Merged {
  private:
   [[nodiscard]] const PlainMatch& Target(std::size_t t) const { return matches_.targets[t]; }
 
-  // Whether views may show two within a reach of one another.
+  // True if views may show two targets within the given reach.
   [[nodiscard]] bool AreNear(std::size_t a, std::size_t b, double reach_px) const {
     const PlainView& view = views_[Target(a).members.front().view];
     const double range = (view.station().place - Target(a).at).norm();
@@ -69,7 +69,7 @@ class Merged {
     return (Target(a).at - Target(b).at).norm() < kNearer * reach_px / view.focal_px() * range;
   }
 
-  // How near a view shows two to one another that it tells apart, px; absent where none does.
+  // Returns the least distance of two targets in a view that resolves them, px; absent without one.
   [[nodiscard]] std::optional<double> LeastApart(std::size_t a, std::size_t b) const {
     std::optional<double> least;
     for (std::size_t v = 0; v < views_.size(); ++v) {
@@ -82,7 +82,7 @@ class Merged {
     return least;
   }
 
-  // Marks what views make of two.
+  // Marks discs that views merge of two.
   void MarkBetween(std::size_t a, std::size_t b) {
     const auto apart_px = LeastApart(a, b);
     if (!apart_px) return;
@@ -120,7 +120,7 @@ class Merged {
     return 2 * static_cast<std::size_t>(merged) > members.size();
   }
 
-  // Whether a sight is of nothing that is ever seen together with a target.
+  // True if a sight belongs to nothing that is ever seen together with a target.
   [[nodiscard]] bool IsStrange(std::size_t v, std::size_t k, std::size_t t,
                                const std::vector<bool>& none) const {
     if (merged_[v][k] || matches_.fates[v][k] == PlainFate::kCoded) return false;
@@ -128,8 +128,8 @@ class Merged {
     return owner == kNobody || (!none[owner] && SeenTogether(Target(t), Target(owner)) == 0);
   }
 
-  // Whether a target is what most views make of two of which the others show one alone: what these
-  // show beside it stands at one place to its one side, which is a target, or as far to the other.
+  // True if most views merge two discs into this target, and the others show one alone. These show,
+  // beside it, one position on one side, which is a target, or as far on the other.
   bool IsAmidTwo(std::size_t t, const std::vector<bool>& none) {
     for (std::size_t a = 0; a < matches_.targets.size(); ++a) {
       if (a == t || none[a] || !AreNear(a, t, kReach_px) ||
@@ -149,11 +149,11 @@ class Merged {
     return false;
   }
 
-  // What views that show neither show at the other side of a target than a neighbour, as far away;
-  // none where much else is about.
+  // Returns the sights on the target's side opposite to a neighbour, as far away, from views that
+  // show neither; none where much else is near.
   [[nodiscard]] std::vector<PlainMember> ToEitherSide(std::size_t t, std::size_t a,
                                                       const std::vector<bool>& none) const {
-    constexpr double kLeastShare = 0.8;  // of what stands beside it
+    constexpr double kLeastShare = 0.8;  // explained share of nearby sights
     PlainMatch mirrored;
     mirrored.at = 2 * Target(t).at - Target(a).at;
     mirrored.covariance = 4 * Target(t).covariance + Target(a).covariance;
@@ -182,12 +182,11 @@ class Merged {
     return others;
   }
 
-  // Whether what views that do not show a target show beside it stands at one offset along the
-  // surface or its opposite, both of which are seen: of two discs, each of which is seen too
-  // seldom to be a target.
+  // True if views without the target show sights beside it at one offset along the surface or its
+  // opposite, and both occur. These are two discs, each seen too seldom to be a target.
   bool IsSeenAsTwo(std::size_t t, const std::vector<bool>& none) {
     constexpr std::size_t kLeastSights = 2;
-    constexpr std::size_t kMost = 60;  // of two discs there are few
+    constexpr std::size_t kMost = 60;  // two discs cause only few
     constexpr double kLeastShare = 0.8;
     const std::vector<Aside> beside = BesideOf(t, none);
     if (beside.size() < kLeastSights || beside.size() > kMost) return false;
@@ -217,7 +216,7 @@ class Merged {
     return false;
   }
 
-  // A sight beside a target in a view that does not show it.
+  // Sight beside a target in a view that does not show it.
   struct Aside {
     PlainMember sight;
     Vector2d off = Vector2d::Zero();
@@ -240,8 +239,8 @@ class Merged {
     return beside;
   }
 
-  // The offset in space of a sight beside a target, if it stands on a surface that faces those who
-  // see the target.
+  // Computes the offset in space of a sight beside a target, if it is on a surface that faces the
+  // views of the target.
   [[nodiscard]] std::optional<Vector3d> AlongSurface(std::size_t t, const Aside& beside) const {
     Vector3d facing = Vector3d::Zero();
     for (const PlainMember& member : Target(t).members)
@@ -255,7 +254,7 @@ class Merged {
     return Vector3d(rows.inverse() * right);
   }
 
-  // What is no target goes, and of the others the rays that are none of theirs.
+  // Removes false targets, and false rays of the others.
   void Take(const std::vector<bool>& none) {
     std::vector<PlainMatch> kept;
     for (std::size_t t = 0; t < matches_.targets.size(); ++t) {
@@ -291,7 +290,7 @@ class Merged {
   const PlainMatchOptions& options_;
   PlainMatches& matches_;
   std::vector<std::vector<std::size_t>> owners_;  // target of each view's sights
-  std::vector<std::vector<std::size_t>> sights_;  // of each target in each view
+  std::vector<std::vector<std::size_t>> sights_;  // per target and view
   std::vector<std::vector<bool>> merged_;         // each view's sights
 };
 

@@ -1,4 +1,4 @@
-// Neighbours so close that some views make one disc of the two.
+// Handles neighbours so close that some views merge the two into one disc.
 #pragma once
 
 #include <vector>
@@ -7,11 +7,11 @@
 
 namespace trammel::part_alignment {
 
-/// Takes from the targets what is one disc of two: where two neighbours stand nearer to one another
-/// in a view than in any that tells them apart, and the view shows neither but one disc amid them.
-/// Such discs of many views meet in the middle between the two as those of a target do; what has
-/// most of its rays of them is none. So is what other views show as two to either side of it,
-/// where one of the two is seen too seldom to be a target.
+/// Removes targets that are one disc of two: two neighbours are closer in a view than in any that
+/// separates them, and the view shows neither but one disc between them. Such discs of many views
+/// meet in the middle between the two like those of a target. A place with most of its rays from
+/// such discs is no target. Nor is a place that other views show as two to either side of it, if
+/// one of the two has too few views to be a target.
 void LeaveMerged(const std::vector<PlainView>& views, const PlainMatchOptions& options,
                  PlainMatches& matches);
 

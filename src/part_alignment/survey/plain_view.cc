@@ -24,7 +24,7 @@ Eigen::Matrix<double, 2, 3> SlopeByPoint(const Vector2d& slope, double depth) {
   return by_point;
 }
 
-// Of a turn before the camera, x -> x + turn x x.
+// Computes the derivative by a turn before the camera, x -> x + turn x x.
 Eigen::Matrix<double, 2, 3> SlopeByTurn(const Vector2d& slope) {
   const double x = slope.x();
   const double y = slope.y();
@@ -112,7 +112,7 @@ void PlainView::Along(const Vector2d& from, const Vector2d& to, double half,
   const Vector2d unit = length > 0 ? Vector2d(way / length) : Vector2d::UnitX();
   const int axis = std::abs(unit.x()) > std::abs(unit.y()) ? 0 : 1;
   const double cell = size_[axis] / kCells;
-  // Cell by cell along the steeper axis, so that no point is met twice.
+  // Cell by cell along the steeper axis, so that no point is found twice.
   const double low = std::min(from[axis], to[axis]) - half;
   const double high = std::max(from[axis], to[axis]) + half;
   const auto [first, last] = CellsOf(low, high, axis);
@@ -261,8 +261,8 @@ bool IntersectSights(const std::vector<PlainView>& views, PlainMatch& match) {
   return match.at.allFinite() && match.covariance.allFinite();
 }
 
-// Rays that the plane through the place with most of the others leaves out, and those in it beside
-// two of them whose pictures have nothing else along the line in which they see the plane.
+// Counts the rays outside the plane through the place that has most of the others. Also counts the
+// rays in it, beyond two, whose pictures have nothing else along the plane's line.
 void CountOffPlane(const std::vector<PlainView>& views, const PlainRoom& room, PlainMatch& match) {
   match.off_plane = 0;
   match.lonely = 0;

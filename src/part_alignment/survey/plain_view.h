@@ -13,23 +13,23 @@
 
 namespace trammel::part_alignment {
 
-/// A point of a picture as its station sees it without the lens: x / z and y / z.
+/// Point of a picture, by its station without the lens: x / z and y / z.
 struct PlainSight {
   Eigen::Vector2d slope = Eigen::Vector2d::Zero();
-  /// Of the slope: the point's own scatter, and what station and lens may be off by.
+  /// Covariance of the slope: the point's own scatter, and the errors of station and lens.
   Eigen::Matrix2d covariance = Eigen::Matrix2d::Zero();
-  /// Second moments of its outline, where that is known: slopes.
+  /// Second moments of its outline in slopes; absent: unknown.
   std::optional<Eigen::Matrix2d> moments = std::nullopt;
   std::size_t point = 0;  ///< index into the picture's plain points
 };
 
-/// Of a place in space, as a station sees it.
+/// Projection of a point in space into a station.
 struct SlopePrediction {
   Eigen::Vector2d slope = Eigen::Vector2d::Zero();
   Eigen::Matrix<double, 2, 3> by_place = Eigen::Matrix<double, 2, 3>::Zero();
 };
 
-/// One station with its sights, in cells.
+/// Station with its sights, in cells.
 class PlainView {
  public:
   /// @param precision  of the station and the lens; absent: they are taken as known.
@@ -40,17 +40,17 @@ class PlainView {
 
   [[nodiscard]] const Station& station() const { return station_; }
   [[nodiscard]] const std::vector<PlainSight>& sights() const { return sights_; }
-  /// Of a usual sight.
+  /// Covariance of a usual sight.
   [[nodiscard]] const Eigen::Matrix2d& usual_covariance() const { return usual_; }
-  /// Solid area of the picture, in slopes.
+  /// Returns the picture's area, in slopes.
   [[nodiscard]] double area() const { return size_.x() * size_.y(); }
-  /// px of a unit of slope in the middle.
+  /// Returns px per unit of slope in the middle.
   [[nodiscard]] double focal_px() const { return focal_px_; }
 
-  /// Absent behind the camera.
+  /// Predicts the slope of a point; absent behind the camera.
   [[nodiscard]] std::optional<SlopePrediction> Predict(const Eigen::Vector3d& at) const;
   [[nodiscard]] bool InPicture(const Eigen::Vector2d& slope) const;
-  /// The unit line of sight in the object frame.
+  /// Returns the unit line of sight in the object frame.
   [[nodiscard]] Eigen::Vector3d Line(const Eigen::Vector2d& slope) const;
 
   /// Calls `tell` with each sight within a rectangle about a slope.
@@ -69,7 +69,7 @@ class PlainView {
     }
   }
 
-  /// Sights within `half` of the stretch between two slopes.
+  /// Finds sights within `half` of the stretch between two slopes.
   void Along(const Eigen::Vector2d& from, const Eigen::Vector2d& to, double half,
              std::vector<std::size_t>& found) const;
 
@@ -96,7 +96,7 @@ class PlainView {
 
 inline constexpr double kPlainBand = 3;  ///< sigmas, to each side of an epipolar line
 
-/// Where plain targets may be: a box in the object frame.
+/// Box in the object frame that may contain plain targets.
 struct PlainRoom {
   Eigen::Vector3d low = Eigen::Vector3d::Zero();
   Eigen::Vector3d high = Eigen::Vector3d::Zero();
@@ -112,33 +112,33 @@ struct PlainMatch {
   Eigen::Vector3d at = Eigen::Vector3d::Zero();
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
   std::vector<PlainMember> members;  ///< ascending by view, one of each at most
-  /// Rays that are not in the plane which has most of the others: each of them confirms the place
+  /// Number of rays outside the plane that has most of the others: each of them confirms the place
   /// by itself.
   int off_plane = 0;
-  /// Rays in that plane, beside two, which nothing else in their pictures can be taken for. Not
-  /// counted where rays off the plane are many.
+  /// Number of rays in that plane, beyond two, without another candidate in their pictures. Not
+  /// counted if rays off the plane are many.
   int lonely = 0;
-  double chi_square = 0;  ///< of 2 · members - 3 degrees
+  double chi_square = 0;  ///< 2 · members - 3 degrees of freedom
   bool merges = false;    ///< some views make one disc of it and a neighbour
 };
 
-/// The stretch of a line within the room, as distances from its origin.
+/// Computes the stretch of a line within the room, as distances from its origin.
 [[nodiscard]] std::optional<std::pair<double, double>> StretchWithin(
     const PlainRoom& room, const Eigen::Vector3d& from, const Eigen::Vector3d& direction);
 [[nodiscard]] bool InRoom(const PlainRoom& room, const Eigen::Vector3d& at);
 
 [[nodiscard]] bool HasMember(const PlainMatch& match, const PlainMember& member);
-/// Views that show both.
+/// Counts views that show both.
 [[nodiscard]] int SeenTogether(const PlainMatch& a, const PlainMatch& b);
 
-/// The place where members meet, by least squares. @returns false if they do not.
+/// Computes the place where members meet, by least squares. @returns false if they do not.
 [[nodiscard]] bool IntersectSights(const std::vector<PlainView>& views, PlainMatch& match);
 
-/// Sights of a view that a place explains: up to a chi-square of two degrees.
+/// Finds sights of a view that a place explains: up to a chi-square of two degrees.
 [[nodiscard]] std::vector<std::size_t> SightsAt(const PlainView& view, const PlainMatch& match,
                                                 double gate);
 
-/// Counts the rays that are off the plane which has most of them, and the lonely ones in it.
+/// Counts the rays off the plane that has most of them, and the lonely ones in it.
 void CountOffPlane(const std::vector<PlainView>& views, const PlainRoom& room, PlainMatch& match);
 
 }  // namespace trammel::part_alignment

@@ -16,14 +16,14 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr double kMedianChiSquare2 = 1.3862943611198906;  // of two degrees of freedom: 2 ln 2
+constexpr double kMedianChiSquare2 = 1.3862943611198906;  // for two degrees of freedom: 2 ln 2
 constexpr double kLossWidth = 3;                          // sigmas, of Cauchy's loss
 
-// Below these an end is no longer determined.
+// Minimum numbers of observations that determine a station and a point.
 constexpr int kLeastOfStation = 3;
 constexpr int kLeastOfPoint = 2;
 
-// Of the observations that one station or point has.
+// Worst test and number of observations of one station or point.
 struct Worst {
   double test = 0;
   int observations = 0;
@@ -40,7 +40,7 @@ struct PointFit {
   double cost = 0;
 };
 
-// One point alone, stations and lens fixed, Cauchy's loss.
+// Fits one point alone, stations and lens fixed, Cauchy's loss.
 std::optional<PointFit> FitPoint(const Network& network,
                                  const std::vector<std::size_t>& observations,
                                  const Vector3d& start, double scatter) {
@@ -110,7 +110,7 @@ double RobustScatter(const Network& network) {
 
 NetworkPrecision SnoopObservations(const BundleOptions& options, double false_alarm,
                                    Network& network) {
-  constexpr double kLeastScatter = 1e-6;  // of noise-free observations, where nothing contradicts
+  constexpr double kLeastScatter = 1e-6;  // floor for noise-free observations
   while (true) {
     (void)AdjustBundle(options, network);
     NetworkPrecision precision = PrecisionOf(network, options.free, options.bars);
@@ -148,7 +148,7 @@ NetworkPrecision SnoopObservations(const BundleOptions& options, double false_al
 
 std::vector<DoublePoint> FindDoublePoints(const Network& network) {
   constexpr std::size_t kLeastThere = 3;
-  constexpr double kMostCostOfObservation = 5;  // in the mean: 2 expected
+  constexpr double kMostCostOfObservation = 5;  // on average: 2 expected
   const double scatter = std::max(RobustScatter(network), 1e-6);
   const auto by_point = ObservationsByPoint(network);
   std::vector<DoublePoint> doubles;
@@ -177,9 +177,9 @@ std::vector<DoublePoint> FindDoublePoints(const Network& network) {
 }
 
 std::vector<MovedPoint> FindMovedPoints(const Network& network) {
-  constexpr std::size_t kLeastObservations = 3;  // on either side
-  constexpr double kLeastGain = 60;  // of cost: far beyond what the choice of a split gains
-  constexpr double kMostCostOfObservation = 5;  // of the two that are left, in the mean: 2 expected
+  constexpr std::size_t kLeastObservations = 3;  // per side
+  constexpr double kLeastGain = 60;  // of cost: far beyond the gain by choosing the split
+  constexpr double kMostCostOfObservation = 5;  // average of the resulting two: 2 expected
   const double scatter = std::max(RobustScatter(network), 1e-6);
   const auto by_point = ObservationsByPoint(network);
   std::vector<MovedPoint> moved;
@@ -208,7 +208,7 @@ std::vector<MovedPoint> FindMovedPoints(const Network& network) {
 
 namespace {
 
-// What one station alone asks of a point: normal equations of its place.
+// Normal equations of a point's position by one station alone.
 struct PointPull {
   std::size_t station = 0;
   Eigen::Matrix3d normal = Eigen::Matrix3d::Zero();
@@ -228,9 +228,9 @@ PullsOfPoint PullsOf(const Network& network) {
   return pulls;
 }
 
-// From where the stations before put a point to where those after do.
+// Shift of a point from its position by the stations before to that by those after.
 struct PointStep {
-  double chi_square = 0;  // of three degrees
+  double chi_square = 0;  // three degrees of freedom
   double by = 0;
 };
 
@@ -257,10 +257,10 @@ std::optional<PointStep> StepOf(const std::vector<PointPull>& pulls,
   return PointStep{by.dot(covariance.inverse() * by), by.norm()};
 }
 
-// The step that all points together show most, in the stations' order by `rank`.
+// Most significant step of all points together, in the stations' order by `rank`.
 struct JointStep {
   std::size_t first_after = 0;  // rank
-  double sigmas = 0;            // of the sum of chi-squares beyond its mean
+  double sigmas = 0;            // of the sum of chi-squares above its mean
 };
 
 JointStep FindJointStep(const PullsOfPoint& pulls, const std::vector<std::size_t>& rank) {
@@ -291,7 +291,8 @@ std::optional<ShapeStep> FindShapeStep(const Network& network, Random& random) {
   constexpr double kLeastSigmas = 5;
   constexpr int kOrders = 20;
   constexpr double kBeyondOrders = 4;  // their standard deviations above their mean
-  // Theirs is 1.2 to 1.5 in sound networks; a true step widens the random orders, too.
+  // Limits of the deviation of random orders: 1.2 to 1.5 in sound networks; a true step widens it,
+  // too.
   constexpr double kLeastDeviation = 1.0;
   constexpr double kMostDeviation = 2.5;
   constexpr double kOfOnePoint = 16.27;  // chi-square of three degrees: 0.1 %
@@ -329,8 +330,8 @@ std::optional<ShapeStep> FindShapeStep(const Network& network, Random& random) {
 
 namespace {
 
-// A station with a focal length of its own, by all of its observations: the loss narrows, so that
-// no start is too far off.
+// Fits a station with a focal length of its own, to all of its observations: the loss narrows, so
+// any start is near enough.
 std::optional<StationFit> FitWithFocal(Network network,
                                        const std::vector<std::size_t>& observations,
                                        Station station, double scatter) {
@@ -348,10 +349,10 @@ std::optional<StationFit> FitWithFocal(Network network,
 }  // namespace
 
 std::optional<FocalStep> FindFocalStep(const Network& network) {
-  constexpr std::size_t kLeastStations = 2;  // on either side
+  constexpr std::size_t kLeastStations = 2;  // per side
   constexpr std::size_t kLeastObservations = 6;
   constexpr double kLeastGain = 60;
-  constexpr double kMostCostOfObservation = 5;  // in what they scatter by: 2 expected
+  constexpr double kMostCostOfObservation = 5;  // in their scatter: 2 expected
   const double scatter = std::max(RobustScatter(network), 1e-6);
   const auto observations = ObservationsByStation(network);
   std::vector<std::pair<std::size_t, double>> focals;
@@ -360,14 +361,14 @@ std::optional<FocalStep> FindFocalStep(const Network& network) {
     if (!network.stations[s].placed || observations[s].size() < kLeastObservations) continue;
     const auto fit = FitWithFocal(network, observations[s], network.stations[s], scatter);
     if (!fit || fit->observations < kLeastObservations) continue;
-    // Few observations have other minima, with focal lengths that are off by their half.
+    // Few observations have other minima, with focal lengths that are off by half.
     const auto most_cost =
         kMostCostOfObservation * scatter * scatter * static_cast<double>(fit->observations);
     if (!(fit->cost < most_cost)) continue;
     focals.emplace_back(s, fit->focal_px);
     weights.push_back(1 / std::pow(scatter * fit->focal_sigma_px, 2));
   }
-  // Sums before and after each station give the gain of two means over one.
+  // Sums before and after each station yield the gain of two means over one.
   double all = 0;
   double all_weight = 0;
   for (std::size_t i = 0; i < focals.size(); ++i) {

@@ -50,7 +50,8 @@ NetworkStartOptions StartOptionsOf(const SurveyInput& input, int side_px) {
   return options;
 }
 
-// Brings the network to rest with Cauchy's loss, all observations that are not gross taking part.
+// Adjusts the network until it converges, with Cauchy's loss and all observations that are not
+// gross.
 void Settle(const NetworkStartOptions& start, Network& network, Random& random) {
   constexpr int kRounds = 3;
   for (int round = 0; round < kRounds; ++round) {
@@ -70,7 +71,7 @@ void Settle(const NetworkStartOptions& start, Network& network, Random& random) 
   }
 }
 
-// Leaves out stations and points that too little holds. True if there were any.
+// Drops stations and points with too few observations. True if there were any.
 bool DropWeak(const SurveyOptions& options, const IndexedSurvey& indexed, Survey& survey,
               Network& network) {
   bool dropped = false;
@@ -124,8 +125,8 @@ std::set<std::size_t> LeaveOutMoved(const SurveyInput& input, const std::vector<
   return points;
 }
 
-// Leaves out codes that are read where another target stands: of two at one place the one that
-// fewer pictures show, and both where that decides nothing. True if there were any.
+// Drops codes read at the place of another target: of two at one place the one in fewer pictures,
+// or both if that does not decide. True if there were any.
 bool DropTwins(const IndexedSurvey& indexed, const NetworkPrecision& precision, Survey& survey,
                Network& network) {
   constexpr double kOnePlace = 25;  // squared sigmas: no two targets are so near
@@ -162,7 +163,7 @@ bool DropTwins(const IndexedSurvey& indexed, const NetworkPrecision& precision, 
   return dropped;
 }
 
-// Leaves out codes of which several pictures agree on one place and several on another.
+// Drops codes for which several pictures agree on one place and several on another.
 bool DropDoubles(const IndexedSurvey& indexed, Survey& survey, Network& network) {
   bool dropped = false;
   for (const DoublePoint& at : FindDoublePoints(network)) {
@@ -179,12 +180,12 @@ bool DropDoubles(const IndexedSurvey& indexed, Survey& survey, Network& network)
 
 struct Adjusted {
   NetworkPrecision precision;
-  BarScale scale;            // of the bars between points that are given
-  double scatter = 1;        // of coded targets' centres
-  double plain_scatter = 1;  // of plain ones'
+  BarScale scale;            // bars between given points
+  double scatter = 1;        // coded targets' centres
+  double plain_scatter = 1;  // plain targets' centres
 };
 
-// What the observations of points from one to another scatter by, in their sigmas.
+// Computes the scatter of the observations of points `first` to `end`, in their sigmas.
 double ScatterOf(const Network& network, const NetworkPrecision& precision, std::size_t first,
                  std::size_t end) {
   double squares = 0;
@@ -201,7 +202,7 @@ double ScatterOf(const Network& network, const NetworkPrecision& precision, std:
   return std::max(std::sqrt(squares / std::max(redundancy, 1.0)), kLeastScatter);
 }
 
-// Bars with both ends in the network, and what the network without bars has between them.
+// Returns bars with both ends in the network, and their lengths in the network without bars.
 // @param of_bars  indices into network.bars.
 FoundBars FindBars(const SurveyInput& input, const IndexedSurvey& indexed,
                    const Eigen::MatrixXd& of_points, const std::vector<std::size_t>& of_bars) {
@@ -230,7 +231,7 @@ FoundBars FindBars(const SurveyInput& input, const IndexedSurvey& indexed,
   return found;
 }
 
-// Tests the bars against the network without them, and gives it their scale.
+// Tests the bars against the network without them, and scales the network to them.
 BarScale LayScale(const SurveyInput& input, const Eigen::MatrixXd& of_points,
                   IndexedSurvey& indexed, Survey& survey) {
   Network& network = indexed.network;
@@ -251,9 +252,9 @@ BarScale LayScale(const SurveyInput& input, const Eigen::MatrixXd& of_points,
   return scale;
 }
 
-// Least squares with data snooping and without bars, so that a wrong one makes no observation
-// wrong; the observations' sigmas then are what they scatter by. Then the bars join. The precision
-// is that without bars where they cannot.
+// Adjusts by least squares with data snooping and without bars, so that a wrong bar makes no
+// observation wrong; the observations' sigmas are then set to their scatter. Then the bars join. If
+// they cannot, the precision is that without bars.
 Adjusted Adjust(const SurveyInput& input, const SurveyOptions& options, IndexedSurvey& indexed,
                 Survey& survey) {
   Network& network = indexed.network;
@@ -284,8 +285,8 @@ Adjusted Adjust(const SurveyInput& input, const SurveyOptions& options, IndexedS
   return adjusted;
 }
 
-// Pictures that the codes do not connect join by plain targets; what these show is searched anew.
-// Without any nothing is changed.
+// Joins pictures that the codes do not connect by plain targets, then searches these pictures
+// again. Changes nothing if there are none.
 void JoinByPlain(const SurveyInput& input, const SurveyOptions& options, IndexedSurvey& indexed,
                  Survey& survey, Adjusted& adjusted, PlainSearch& search, Random& random) {
   Network& network = indexed.network;
@@ -308,7 +309,7 @@ void JoinByPlain(const SurveyInput& input, const SurveyOptions& options, Indexed
   search = AddPlainTargets(input, PrecisionOf(network, kLensFree, true), adjusted.scatter, indexed);
 }
 
-// Plain targets join the network, and all of it is adjusted together.
+// Adds plain targets to the network, and adjusts all of it together.
 void AddPlain(const SurveyInput& input, const SurveyOptions& options, IndexedSurvey& indexed,
               Survey& survey, Adjusted& adjusted, Random& random) {
   Network& network = indexed.network;
@@ -331,7 +332,7 @@ void AddPlain(const SurveyInput& input, const SurveyOptions& options, IndexedSur
   survey.plain.variance_root = survey.plain.targets > 0 ? variance_root : 0;
 }
 
-// What ends a survey once its network stands, before any fine adjustment.
+// Returns the reason to end a survey after the network's start, before any fine adjustment.
 std::optional<std::string> FocalReason(const SurveyInput& input, const Network& network) {
   const auto step = FindFocalStep(network);
   if (!step) return std::nullopt;
@@ -370,7 +371,7 @@ std::optional<std::string> TooFew(const SurveyInput& input, const Network& netwo
       with_targets, input.pictures.size(), network.points.size(), kLeast);
 }
 
-// Why no two pictures were oriented.
+// Explains why no two pictures were oriented.
 std::string NoStart(const SurveyInput& input, const IndexedSurvey& indexed, Random& random) {
   if (input.focal_length_px) {
     SurveyInput without = input;

@@ -20,7 +20,7 @@ using Eigen::Vector3d;
 
 namespace {
 
-// Sums of the squared misclosures of what takes part, by a key of the observation.
+// Sums of the used observations' squared misclosures, by a key of the observation.
 struct Squares {
   double sum_px2 = 0;
   int observations = 0;
@@ -42,7 +42,7 @@ std::vector<Squares> SquaresBy(const Network& network, std::size_t count, Key ke
   return squares;
 }
 
-// The point, other than its own, that the network puts where an observation is.
+// Returns the point, other than its own, that the network predicts at an observation.
 std::optional<std::size_t> PointAt(const Network& network, const NetworkObservation& observation) {
   constexpr double kThere = 20;  // sigmas
   for (std::size_t p = 0; p < network.points.size(); ++p) {
@@ -55,7 +55,7 @@ std::optional<std::size_t> PointAt(const Network& network, const NetworkObservat
   return std::nullopt;
 }
 
-// Between two of these unit lines, up to 90 degrees.
+// Returns the largest angle between two of these unit lines, up to 90 degrees.
 double WidestAngle(const std::vector<Vector3d>& lines) {
   double least_cosine = 1;
   for (std::size_t i = 0; i < lines.size(); ++i) {
@@ -66,7 +66,7 @@ double WidestAngle(const std::vector<Vector3d>& lines) {
   return std::acos(least_cosine);
 }
 
-// Each point's lines of sight from the stations that are placed, whether or not they meet.
+// Returns each point's lines of sight from the placed stations, even if they do not meet.
 std::vector<std::vector<Vector3d>> RaysOf(const Network& network) {
   std::vector<std::vector<Vector3d>> rays(network.points.size());
   for (const NetworkObservation& observation : network.observations) {
@@ -79,7 +79,7 @@ std::vector<std::vector<Vector3d>> RaysOf(const Network& network) {
   return rays;
 }
 
-// The focal length with which a picture fits the placed points, if there is one.
+// Returns the focal length with which a picture fits the placed points, if there is one.
 std::optional<double> OtherFocal(Network network, const std::vector<std::size_t>& observations,
                                  double tolerance_px, Random& random) {
   constexpr double kLeastShare = 0.8;
@@ -188,7 +188,7 @@ void NoteInput(const SurveyInput& input, const IndexedSurvey& indexed, Survey& s
 
 std::optional<std::string> NoteUnplaced(const SurveyInput& input, const Network& network,
                                         int longer_side_px, Random& random, Survey& survey) {
-  constexpr double kTolerance = 1e-3;  // of the side
+  constexpr double kTolerance = 1e-3;  // relative to the side
   const auto observations = ObservationsByStation(network);
   std::vector<std::string> other_focal;
   double last_focal_px = 0;
@@ -392,7 +392,7 @@ std::optional<std::string> WeakLens(const Survey& survey) {
 
 namespace {
 
-// The axis of the survey's frame nearest to a direction.
+// Names the axis of the survey's frame nearest to a direction.
 std::string SideOf(const Eigen::Vector3d& direction) {
   int axis = 0;
   direction.cwiseAbs().maxCoeff(&axis);

@@ -1,4 +1,4 @@
-// What a survey says of its network: supports, outliers, stations, targets.
+// Answers of a survey about its network: supports, outliers, stations, targets.
 #pragma once
 
 #include <numbers>
@@ -17,7 +17,7 @@ namespace trammel::part_alignment {
 
 [[nodiscard]] constexpr double Degrees(double rad) { return rad * 180 / std::numbers::pi; }
 
-/// Of a point: its observations that take part and the widest angle between two of their lines.
+/// Used observations of a point, and the widest angle between two of their lines.
 struct PointSupport {
   int observations = 0;
   double widest_angle_rad = 0;  ///< up to 90 degrees
@@ -25,19 +25,19 @@ struct PointSupport {
 };
 [[nodiscard]] std::vector<PointSupport> SupportOf(const Network& network);
 
-/// Roughly by what the network has to be enlarged for its bars to fit (the median: bars are not
-/// tested yet); absent without any.
+/// Returns the approximate factor that scales the network to its bars (the median: bars are not
+/// tested yet); absent without bars.
 [[nodiscard]] std::optional<double> ScaleOf(const Network& network);
 
-/// Origin in the points' centroid, x along their largest extent (towards the first point), z along
-/// the least one, to the stations' side.
+/// Sets the datum: origin in the points' centroid, x along their largest extent (towards the first
+/// point), z along the smallest one, to the stations' side.
 void LayDatum(Network& network);
 
-/// Pictures without targets and bars without ends, by name.
+/// Notes pictures without targets and bars without ends, by name.
 void NoteInput(const SurveyInput& input, const IndexedSurvey& indexed, Survey& survey);
 
-/// Says of each picture that is not placed why. @returns the reason to refuse where several of them
-/// fit with another focal length.
+/// Notes for each picture that is not placed the reason. @returns the reason to refuse if several
+/// of them fit with another focal length.
 [[nodiscard]] std::optional<std::string> NoteUnplaced(const SurveyInput& input,
                                                       const Network& network, int longer_side_px,
                                                       Random& random, Survey& survey);
@@ -45,33 +45,34 @@ void NoteInput(const SurveyInput& input, const IndexedSurvey& indexed, Survey& s
 /// Names the targets that could not be intersected.
 void NoteUnplacedTargets(const IndexedSurvey& indexed, Survey& survey);
 
-/// Takes back what was said of targets that are given after all, and what is said twice.
+/// Drops notices of targets that are reported after all, and duplicates.
 void DropNoticesOfGiven(const IndexedSurvey& indexed, Survey& survey);
 
-/// Where too many pictures stay out.
+/// Explains the failure if too many pictures are not placed.
 [[nodiscard]] std::optional<std::string> FallsApart(const SurveyInput& input, const Survey& survey,
                                                     const Network& network);
 
-/// Observations of coded targets left out of the network, with what stands at their place instead.
+/// Notes observations of coded targets that the network rejected, and the target at their place
+/// instead.
 void NoteOutliers(const SurveyInput& input, const IndexedSurvey& indexed, const Network& network,
                   Survey& survey);
 
-/// Redundancy, and the observations that contradict the others: those left out one by one, those of
-/// targets that moved or of which no three agree, those of pictures that contradict.
+/// Computes the redundancy, and the observations that contradict the others: those rejected one by
+/// one, those of targets that moved or of which no three agree, those of pictures that contradict.
 /// @param moved  points.
 [[nodiscard]] AdjustmentCheck CheckOf(const IndexedSurvey& indexed, const SurveyOptions& options,
                                       const std::set<std::size_t>& moved,
                                       const NetworkPrecision& precision, const Survey& survey);
 
-/// Targets, stations, lens and covariance of the adjusted network.
+/// Fills in targets, stations, lens and covariance of the adjusted network.
 void FillAnswer(const SurveyInput& input, const IndexedSurvey& indexed,
                 const NetworkPrecision& precision, Survey& survey);
 
-/// A focal length that the pictures do not determine.
+/// Reports a focal length that the pictures do not determine.
 [[nodiscard]] std::optional<std::string> WeakLens(const Survey& survey);
 
-/// Targets that are known much worse than the others, or seen too seldom to be checked well, by the
-/// side from which more pictures see them; nothing where all are alike. REQUIRES verdict good.
+/// Lists targets that are much less certain than the others, or seen too seldom for a good check,
+/// by the side for more pictures. Empty if all are alike. REQUIRES verdict good.
 [[nodiscard]] std::vector<std::string> AdvisePictures(const Survey& survey);
 
 }  // namespace trammel::part_alignment

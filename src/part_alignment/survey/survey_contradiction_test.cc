@@ -23,7 +23,7 @@ std::string Words(const Survey& survey) {
   return words;
 }
 
-// With a third bar along the part, between two of its targets.
+// With three bars, adds one along the part, between two of its targets.
 test::SurveyWorld WorldOf(std::uint64_t seed, std::size_t bars) {
   test::SurveyWorld world = SmallWorld(seed);
   if (bars == 1) world.bars.pop_back();
@@ -89,7 +89,7 @@ TEST(SurveyContradiction, EndsExchangedBetweenBarsRefuseAllOfThem) {
   }
 }
 
-// What the test of two bars cannot detect it states.
+// The test of two bars states the error that it cannot detect.
 TEST(SurveyContradiction, ABarWrongByTwiceWhatIsStatedAsDetectableIsDetected) {
   const SurveyInput sound = test::Photograph(WorldOf(kSeed, 2), kSeed);
   const Survey before = Solved(sound);

@@ -17,7 +17,8 @@ using Eigen::Matrix2d;
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
-// The lens as a camera at its own place; what k3 adds to an eccentricity nobody sees.
+// Converts the lens to a camera at its own place; the effect of k3 on an eccentricity is
+// negligible.
 Camera CameraOf(const Lens& lens) {
   constexpr double kPitch_mm = 1e-3;
   const double focal = lens[kFocal];
@@ -35,7 +36,7 @@ Camera CameraOf(const Lens& lens) {
   return camera;
 }
 
-// Rows: (J P J^T) by the six numbers of P, in units of the disc's size.
+// Returns the rows of (J P J^T) by the six numbers of P, in units of the disc's size.
 Eigen::Matrix<double, 3, 6> MomentsByP(const Eigen::Matrix<double, 2, 3>& j) {
   constexpr int kPairs[6][2] = {{0, 0}, {1, 1}, {2, 2}, {0, 1}, {0, 2}, {1, 2}};
   Eigen::Matrix<double, 3, 6> rows;
@@ -66,7 +67,7 @@ std::optional<ObjectDisc> FitDisc(const Network& network,
   return DiscOf(shapes);
 }
 
-// All that perspective may do to a disc that looks so, px.
+// Returns the maximum effect of perspective on a disc of this shape, px.
 double MostEccentricity(const ImageEllipse& disc, double focal_px) {
   const double ratio = std::min(1.0, disc.semi_minor_px / disc.semi_major_px);
   return disc.semi_major_px * disc.semi_major_px * std::sqrt(1 - ratio * ratio) / focal_px;
@@ -83,8 +84,8 @@ Matrix2d MomentsOf(const ImageEllipse& disc) {
 
 std::optional<ObjectDisc> DiscOf(const std::vector<DiscShape>& shapes) {
   constexpr std::size_t kLeastImages = 3;
-  constexpr double kThin = 0.3;   // of a disc's least moment against the middle one: 0 expected
-  constexpr double kRound = 1.7;  // of the largest against the middle one: 1 expected
+  constexpr double kThin = 0.3;   // smallest moment over the middle one: 0 expected
+  constexpr double kRound = 1.7;  // largest moment over the middle one: 1 expected
   if (shapes.size() < kLeastImages) return std::nullopt;
   Eigen::Matrix<double, 6, 6> normal = Eigen::Matrix<double, 6, 6>::Zero();
   Eigen::Matrix<double, 6, 1> right = Eigen::Matrix<double, 6, 1>::Zero();
@@ -112,7 +113,7 @@ std::optional<ObjectDisc> DiscOf(const std::vector<DiscShape>& shapes) {
 void CorrectDiscs(const std::vector<std::optional<ImageEllipse>>& discs,
                   std::vector<bool>& corrected, Network& network) {
   corrected.resize(network.observations.size());
-  constexpr double kLeft = 0.1;  // of a correction, by a normal that is 2 degrees off
+  constexpr double kLeft = 0.1;  // relative error of a correction by a normal 2 degrees off
   const Camera camera = CameraOf(network.lens);
   std::vector<std::vector<std::size_t>> of_point(network.points.size());
   for (std::size_t i = 0; i < network.observations.size(); ++i) {

@@ -15,7 +15,7 @@ namespace {
 
 constexpr int kMostPixels = 100'000;
 
-// Numbers before texts, by value.
+// Orders numbers before texts, by value.
 bool BeforeInOrder(const std::string& a, const std::string& b) {
   const auto key = [](const std::string& id) {
     long long value = 0;
@@ -38,7 +38,8 @@ Result<void> CheckDisc(const SurveyPicture& picture, const ImageEllipse& disc) {
                   picture.name, disc.semi_major_px, disc.semi_minor_px, disc.angle_rad));
 }
 
-// Half a pixel belongs to the first and the last; another program may count from their edges.
+// Checks that a point is inside. Half a pixel belongs to the first and the last; another program
+// may count from their edges.
 Result<void> CheckInside(const SurveyPicture& picture, const std::string& what, double column_px,
                          double row_px) {
   if (column_px >= -1 && column_px <= picture.width_px && row_px >= -1 &&
@@ -103,7 +104,7 @@ Result<void> CheckBar(const ScaleBar& bar) {
   if (bar.from == bar.to) {
     return Fail(fmt::format("the scale bar from {} to {} has one end", bar.from, bar.to));
   }
-  constexpr double kLeastShare = 1e-7;      // of the length: 0.1 um of a metre, better than any bar
+  constexpr double kLeastShare = 1e-7;      // of the length: 0.1 um per metre, better than any bar
   constexpr double kMostShare = 1.0 / 200;  // worse than a tape; 10 um of a metre that reads "1 mm"
   if (!(bar.length_mm > 0 && bar.length_mm < 1e6) ||
       !(bar.sigma_mm >= kLeastShare * bar.length_mm &&
@@ -129,7 +130,7 @@ Result<void> CheckBars(const std::vector<ScaleBar>& bars) {
   return {};
 }
 
-// A copy among the pictures would count as a second look.
+// Checks for copies: a copied picture would count as a second observation.
 Result<void> CheckCopies(const std::vector<SurveyPicture>& pictures) {
   using Places = std::vector<std::tuple<std::string, double, double>>;
   std::map<Places, const SurveyPicture*> seen;

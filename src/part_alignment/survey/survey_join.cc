@@ -19,22 +19,22 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-constexpr double kWide_px = 6;  // that three rays carry to the other end of a part
+constexpr double kWide_px = 6;  // error of three rays at the other end of a part
 constexpr double kNear_px = 1.5;
 constexpr double kLogUnlikely = -13.8;  // a millionth
 constexpr double kFacing = 0.34;        // cosine, 70 degrees
 
-/// A target that is known, as a picture may show it.
+/// Known target that a picture may show.
 struct Landmark {
   std::size_t point = 0;
   Vector3d at = Vector3d::Zero();
   Vector3d seen_from = Vector3d::UnitZ();
 };
 
-/// Which plain point of the picture stands where a landmark should.
+/// Plain point of the picture at the expected position of a landmark.
 struct Sighting {
-  std::size_t point = 0;  ///< of the network
-  std::size_t plain = 0;  ///< of the picture
+  std::size_t point = 0;  ///< network index
+  std::size_t plain = 0;  ///< picture index
 };
 
 struct Sightings {
@@ -42,7 +42,7 @@ struct Sightings {
   double by_chance = 0;
 };
 
-/// One picture that is to be resected.
+/// Picture to be resected.
 class Resector {
  public:
   Resector(const SurveyPicture& picture, std::size_t station,
@@ -66,7 +66,7 @@ class Resector {
 
   [[nodiscard]] std::size_t Known() const { return known_.size(); }
 
-  // Where most landmarks agree; the observations of them are added.
+  // Finds the position where most landmarks agree, and adds their observations.
   bool Place(Random& random) {
     if (known_.size() < 2 || view_.sights().empty()) return false;
     if (known_.size() >= 3) {
@@ -129,7 +129,7 @@ class Resector {
     }
   }
 
-  // Takes some points for every plain target in turn.
+  // Tries some points as every plain target in turn.
   void TryGuesses(Random& random) {
     constexpr int kPoints = 8;
     for (int i = 0; i < kPoints; ++i) {
@@ -142,7 +142,7 @@ class Resector {
     }
   }
 
-  // The station by its codes and what it sees of the landmarks.
+  // Fits the station to its codes and its sightings of the landmarks.
   std::optional<Station> Fit(const Station& start, const Sightings& sightings, double loss_px) {
     const std::size_t before = network_.observations.size();
     std::vector<std::size_t> all = known_;
@@ -212,7 +212,7 @@ std::vector<Landmark> LandmarksOf(const Network& network) {
   return landmarks;
 }
 
-// Points that are left out although pictures enough show them.
+// Marks points that are rejected although enough pictures show them.
 std::vector<bool> BarredOf(const Network& network) {
   std::vector<int> seen(network.points.size());
   for (const NetworkObservation& observation : network.observations) {
@@ -224,7 +224,7 @@ std::vector<bool> BarredOf(const Network& network) {
   return barred;
 }
 
-// Takes part what agrees, of points and stations that are new.
+// Uses observations that agree, of new points and stations.
 void Gate(const std::vector<bool>& old_points, const std::vector<bool>& old_stations,
           Network& network) {
   for (NetworkObservation& observation : network.observations) {
@@ -246,7 +246,7 @@ std::vector<std::size_t> JoinPictures(const SurveyInput& input, std::size_t code
   for (const Station& station : network.stations) old_stations.push_back(station.placed);
   const std::vector<bool> barred = BarredOf(network);
   const std::vector<Landmark> landmarks = LandmarksOf(network);
-  // Those with four known codes or more have contradicted them before.
+  // Stations with four known codes or more have contradicted them before.
   std::vector<std::size_t> waiting;
   const auto first = ObservationsByStation(network);
   for (std::size_t s = 0; s < network.stations.size(); ++s) {

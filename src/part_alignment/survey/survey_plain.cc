@@ -21,11 +21,11 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr double kMedianChiSquare2 = 1.3862943611198906;  // of two degrees of freedom: 2 ln 2
-constexpr double kLeastNoise = 0.2;                       // of stated sigmas; no more is believed
+constexpr double kMedianChiSquare2 = 1.3862943611198906;  // for two degrees of freedom: 2 ln 2
+constexpr double kLeastNoise = 0.2;                       // floor, in stated sigmas
 constexpr double kMostNoise = 5;
-// Reflections on screws move by about as much from picture to picture, and outlines so little known
-// tell no disc (part_alignment_study).
+// Maximum sigma of a plain point: reflections on screws move by about as much from picture to
+// picture, and such uncertain outlines determine no disc (part_alignment_study).
 constexpr double kMostSigma_px = 0.5;
 
 std::optional<std::string> TooMany(const SurveyInput& input) {
@@ -46,7 +46,7 @@ std::optional<std::string> TooMany(const SurveyInput& input) {
       all, kMostPlainPoints);
 }
 
-// The coded targets' extent, and a tenth of the largest side more.
+// Returns the coded targets' extent, and a tenth of the largest side more.
 PlainRoom RoomOf(const Network& network) {
   constexpr double kBeyond = 0.1;
   PlainRoom room;
@@ -93,8 +93,8 @@ double UsualVariance(const Views& views) {
   return Median(variances);
 }
 
-// What plain points scatter by, in their stated sigmas: of targets that many rays confirm, matched
-// within wide bands.
+// Estimates the scatter of plain points, in their stated sigmas, from targets that many rays
+// confirm, matched within wide bands.
 double NoiseOf(const SurveyInput& input, const Network& network, const NetworkPrecision& precision,
                const PlainMatchOptions& options, double scatter) {
   constexpr double kWide = 3;
@@ -118,8 +118,8 @@ double NoiseOf(const SurveyInput& input, const Network& network, const NetworkPr
     }
   }
   const double ratio = Median(squares) / kMedianChiSquare2;
-  // Stations and lens are off alike in neighbouring pictures, which residuals do not show: all is
-  // laid to the points, rather too much than too little for what is to be found with it.
+  // Stations and lens are off alike in neighbouring pictures, which residuals do not show. All is
+  // attributed to the points, as too much does less harm to the search than too little.
   const double all = UsualVariance(views);
   const double stations = UsualVariance(ViewsOf(input, network, precision, options.room, 0));
   return std::max(wide * std::sqrt(ratio * all / (all - stations)), kLeastNoise);
@@ -133,7 +133,7 @@ double UsualSigma_px(const SurveyInput& input) {
   return Median(sigma_px);
 }
 
-// The coded targets, with what they may be off by.
+// Returns the coded targets, with their uncertainties.
 std::vector<PlainMatch> CodedOf(const Network& network, const NetworkPrecision& precision) {
   std::vector<PlainMatch> coded;
   Eigen::Index row = 0;

@@ -313,7 +313,7 @@ TEST(SurveyPlain, TakesNoReflectionForATarget) {
   test::SurveyScene scene = PlainScene();
   scene.hidden = 0;
   const test::SurveyWorld world = test::MakeSurveyWorld(scene, 8);
-  for (const double wander : {0.004, 0.02, 0.1}) {  // of the camera's motion
+  for (const double wander : {0.004, 0.02, 0.1}) {  // relative to the camera's motion
     SCOPED_TRACE(wander);
     SurveyInput input = test::Photograph(world, 8);
     test::SurveyWorld shining = world;

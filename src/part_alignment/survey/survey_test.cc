@@ -234,9 +234,9 @@ TEST(Survey, HasNoCoordinatesOfNonsense) {
         Eigen::Vector2d pixel{random.Uniform(0, 3999), random.Uniform(0, 2999)};
         const Eigen::Vector2d noise(0.03 * random.Normal(), 0.03 * random.Normal());
         if (kind == 1) pixel = Eigen::Vector2d::Constant(1000) + noise;   // all in one place
-        if (kind == 2) pixel = Eigen::Vector2d(250.0 * i, 1500) + noise;  // on one line at rest
+        if (kind == 2) pixel = Eigen::Vector2d(250.0 * i, 1500) + noise;  // stationary, on one line
         if (kind == 3)
-          pixel = Eigen::Vector2d(250.0 * i, 100.0 * ((7 * i) % 15)) + noise;  // from one place
+          pixel = Eigen::Vector2d(250.0 * i, 100.0 * ((7 * i) % 15)) + noise;  // from one position
         if (kind == 4) pixel = Eigen::Vector2d(2000, 1500) + 3e3 * noise;      // about the middle
         picture.observations.push_back({std::to_string(i), pixel.x(), pixel.y(), 0.03});
       }

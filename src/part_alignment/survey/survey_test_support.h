@@ -1,4 +1,4 @@
-// What the tests of surveys share.
+// Shared support of the surveys' tests.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -28,7 +28,7 @@ inline Survey Solved(const SurveyInput& input) {
   return survey ? *survey : Survey{};
 }
 
-/// Whether coordinates lie beyond what the covariance lets expect, by a chance of 1e-5.
+/// True if the coordinates' errors exceed the covariance, by a chance of 1e-5.
 inline bool IsWrong(const test::SurveyWorld& world, const Survey& survey) {
   const auto errors = test::ErrorsOf(world, survey);
   return errors.nees > ChiSquareQuantile(1 - 1e-5, errors.freedom);

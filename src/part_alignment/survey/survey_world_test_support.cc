@@ -74,7 +74,7 @@ struct Seen {
   double row = 0;
 };
 
-// Where a shot shows a place, without noise, if it does.
+// Projects a point into a shot, without noise; absent if not visible.
 std::optional<Seen> SeenIn(const SurveyScene& scene, const WorldShot& shot, const Vector3d& at,
                            const Vector3d& normal) {
   const Vector3d ray = at - shot.place_mm;

@@ -22,7 +22,7 @@ struct SurveyScene {
   int width_px = 4000;
   int height_px = 3000;
   double focal_px = 2773;  ///< 24 mm on 36 mm
-  /// Of the true lens, r in units of the focal length.
+  /// Distortion of the true lens, r in units of the focal length.
   double k1 = -0.09;
   double k2 = 0.03;
   double k3 = -0.004;
@@ -61,7 +61,7 @@ struct SurveyWorld {
   SurveyScene scene;
   std::map<std::string, WorldTarget> targets;
   std::vector<WorldShot> shots;
-  std::vector<ScaleBar> bars;  ///< as calibrated: true length and an error of bar_sigma_mm
+  std::vector<ScaleBar> bars;  ///< as calibrated: true length plus an error of bar_sigma_mm
   std::vector<WorldTarget> plain;
   /// Plain targets that stood elsewhere from some shot on: index, shot, by how much.
   struct PlainMotion {
@@ -74,7 +74,7 @@ struct SurveyWorld {
 
 [[nodiscard]] SurveyWorld MakeSurveyWorld(const SurveyScene& scene, std::uint64_t seed);
 
-/// With noise of the scene's sigma, drawn anew for each seed.
+/// Simulates pictures with noise of the scene's sigma, drawn anew for each seed.
 [[nodiscard]] SurveyInput Photograph(const SurveyWorld& world, std::uint64_t seed);
 
 /// The plain target of the world nearest to each of the survey's plain ones: index and distance,
@@ -87,10 +87,9 @@ struct PlainNearest {
 [[nodiscard]] std::vector<PlainNearest> NearestPlain(const SurveyWorld& world,
                                                      const Survey& survey);
 
-/// What a survey's coded targets are off by, the datum fitted (rotation and translation, no scale):
-/// mm.
+/// Errors of a survey's coded targets, the datum fitted (rotation and translation, no scale): mm.
 struct SurveyErrors {
-  Eigen::VectorXd coordinates;  ///< in the survey's own axes, as its covariance
+  Eigen::VectorXd coordinates;  ///< survey's own axes, like its covariance
   Eigen::MatrixXd true_mm;      ///< 3 × targets, moved into the survey's frame
   /// Squared error normalised by the stated covariance, over the directions that the datum leaves:
   /// chi-square of `freedom` degrees where the covariance tells the truth.

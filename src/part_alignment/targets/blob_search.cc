@@ -16,9 +16,9 @@
 namespace trammel::part_alignment {
 namespace {
 
-constexpr int kWindow_px = 15;  ///< of the mean: small enough to see the gap about a small disc
+constexpr int kWindow_px = 15;  ///< averaging window: shows the gap about a small disc
 
-/// The radii that are looked for, px of the picture that is searched.
+/// Range of radii for the search, px of the searched picture.
 struct Radii {
   double least = 0;
   double most = 0;
@@ -26,10 +26,10 @@ struct Radii {
 
 double RadiusOf(const Middle& of) { return std::sqrt(of.xx * of.yy - of.xy * of.xy); }
 
-/// The ellipse with the moments of what an outline goes around; absent where that is no ellipse.
+/// Returns the ellipse with the moments of an outline's area; absent if that is no ellipse.
 std::optional<Middle> EllipseOf(const std::vector<cv::Point>& outline, const Radii& radii) {
   constexpr double kPi = std::numbers::pi;
-  constexpr double kLeastRatio = 0.25;  // of the axes
+  constexpr double kLeastRatio = 0.25;  // ratio of the axes
   constexpr double kLeastFilled = 0.9;  // area by that of the ellipse of the same moments
   const double area = cv::contourArea(outline);
   if (area < 0.5 * kPi * radii.least * radii.least * kLeastRatio ||
@@ -47,7 +47,7 @@ std::optional<Middle> EllipseOf(const std::vector<cv::Point>& outline, const Rad
   const double mean = 0.5 * (a + c);
   const double spread = std::hypot(0.5 * (a - c), b);
   if (mean - spread < kLeastRatio * kLeastRatio * (mean + spread)) return std::nullopt;
-  // An ellipse's variance along an axis is a quarter of the axis' square. The outline goes through
+  // An ellipse's variance along an axis is a quarter of the axis' square. The outline runs through
   // the middles of its pixels, half a pixel within.
   const double norm = 0.5 * std::sqrt(a + c + 2 * root);
   const double wider = 1 + 0.5 / (2 * std::sqrt(root));
@@ -77,7 +77,7 @@ void AddBlobs(const cv::Mat& picture, const Radii& radii, double least_step,
     cv::findContours(differs, outlines, levels, cv::RETR_CCOMP, cv::CHAIN_APPROX_SIMPLE);
     for (std::size_t i = 0; i < outlines.size(); ++i) {
       constexpr int kParent = 3;
-      if (levels[i][kParent] >= 0 || outlines[i].size() < 4) continue;  // of a hole, or noise
+      if (levels[i][kParent] >= 0 || outlines[i].size() < 4) continue;  // hole or noise
       if (const auto middle = EllipseOf(outlines[i], radii)) blobs.push_back({*middle, dark});
     }
   }
@@ -88,13 +88,13 @@ struct Levels {
   int outside = 0;
 };
 
-/// Of the ellipse, from its middle.
+/// Returns the vector from the ellipse's middle to its rim.
 Offset RimAt(const Middle& middle, const Offset& direction) {
   return {middle.xx * direction.x + middle.xy * direction.y,
           middle.xy * direction.x + middle.yy * direction.y};
 }
 
-/// How far a ray goes until it leaves the picture.
+/// Returns the distance along a ray to the picture's edge.
 double RoomAlong(const PageView& picture, const Middle& middle, const Offset& along) {
   const auto room = [](double place, double step, int size) {
     constexpr double kStill = 1e-9;
@@ -105,7 +105,7 @@ double RoomAlong(const PageView& picture, const Middle& middle, const Offset& al
                   room(middle.row_px, along.y, picture.height));
 }
 
-/// Where rays from a middle cross half the contrast.
+/// Finds where rays from a middle cross half the contrast.
 class RimFinder {
  public:
   RimFinder(const PageView& picture, const Middle& middle, const Levels& levels)
@@ -130,14 +130,14 @@ class RimFinder {
   }
 
   [[nodiscard]] const std::vector<Offset>& points() const { return points_; }
-  /// Of all edges, grey levels per px.
+  /// Sum over all edges, grey levels per px.
   [[nodiscard]] double slopes() const { return slopes_; }
 
  private:
   static constexpr int kHalf = 12;
 
   void Cast(const Offset& direction) {
-    constexpr double kNearest = 0.7;  // of the way to the rim
+    constexpr double kNearest = 0.7;  // share of the way to the rim
     constexpr double kFarthest = 1.5;
     const Offset rim = RimAt(middle_, direction);
     const double reach = std::hypot(rim.x, rim.y);
@@ -173,11 +173,11 @@ class RimFinder {
   double slopes_ = 0;
 };
 
-/// The levels within the middle, and in the gap. The outline that found the disc may lie outside of
-/// its edge. Absent close to the picture's border.
+/// Measures the levels within the middle, and in the gap. The outline that found the disc may be
+/// outside of its edge. Absent close to the picture's border.
 std::optional<Levels> LevelsAbout(const PageView& picture, const Middle& middle, bool dark) {
   constexpr int kGapPlaces = 12;
-  constexpr double kBeyond = 1.35;  // of the ellipse: short of the ring even where it is too large
+  constexpr double kBeyond = 1.35;  // of the ellipse: within the ring even if it is too large
   static const auto kDirections = AllAround<kGapPlaces>(0.5 * std::numbers::pi / kGapPlaces);
   std::array<std::uint8_t, kGapPlaces> outside{};
   std::ptrdiff_t count = 0;
@@ -194,8 +194,8 @@ std::optional<Levels> LevelsAbout(const PageView& picture, const Middle& middle,
   if (count < kGapPlaces / 2 || x < 1 || y < 1 || x > picture.width - 2 || y > picture.height - 2) {
     return std::nullopt;
   }
-  // Blur of disc and ring draws all of them towards the ink: a quarter of the way from the other
-  // end.
+  // Blur of disc and ring shifts all of them towards the ink: take a quarter of the way from the
+  // other end.
   const auto chosen = outside.begin() + (dark ? count - 1 - count / 4 : count / 4);
   std::nth_element(outside.begin(), chosen, outside.begin() + count);
   int sum = 0;
@@ -205,7 +205,7 @@ std::optional<Levels> LevelsAbout(const PageView& picture, const Middle& middle,
   return Levels{(sum + 4) / 9, *chosen};
 }
 
-/// Whether nearly all within the ellipse has the disc's shade: a closed ring is no disc.
+/// True if nearly all within the ellipse has the disc's shade: a closed ring is no disc.
 bool IsFilled(const PageView& picture, const Middle& middle, const Levels& levels) {
   constexpr int kPlaces = 12;
   constexpr double kWithin = 0.55;
@@ -229,7 +229,7 @@ bool IsFilled(const PageView& picture, const Middle& middle, const Levels& level
 std::vector<Blob> FindBlobs(const PageView& picture, const BlobRules& rules) {
   constexpr double kLeastStep = 2;  // grey levels
   constexpr double kSigmas = 3.2;
-  constexpr double kBlurred = 0.273;  // what binomial weights of 5 x 5 pixels leave of noise
+  constexpr double kBlurred = 0.273;  // noise remaining after 5 x 5 binomial smoothing
   constexpr double kFoot_px = 2;      // how far beyond its edge a small disc's outline may lie
   // OpenCV's pictures have no constant pixels; it reads this one.
   cv::Mat soft(picture.height, picture.width, CV_8UC1, const_cast<std::uint8_t*>(picture.data),
@@ -243,7 +243,7 @@ std::vector<Blob> FindBlobs(const PageView& picture, const BlobRules& rules) {
   }
   const double step = std::max(kLeastStep, std::ceil(kSigmas * noise));
   const double most = 1.1 * rules.max_radius_px + kFoot_px;
-  constexpr double kSpan = 2.8;  // of radii that one scale shows; the next one's are twice as large
+  constexpr double kSpan = 2.8;  // range of radii per scale; the next scale's are twice as large
   Radii radii{rules.min_radius_px - 0.5, kSpan * rules.min_radius_px};
   std::vector<Blob> blobs;
   for (double scale = 1; radii.least * scale < most; scale *= 2) {
@@ -278,7 +278,7 @@ std::optional<DiscModel> RoughDisc(const PageView& picture, const Middle& middle
   if (!IsFilled(picture, middle, *levels)) return std::nullopt;
   RimFinder rim(picture, middle, *levels);
   std::optional<DiscModel> disc;
-  // Half of the rays tell most of what is no disc.
+  // Half of the rays suffice to reject most false discs.
   for (const int half : {0, 1}) {
     if (!rim.Find(half)) return std::nullopt;
     disc = EllipseThrough(rim.points(), std::hypot(middle.xx, middle.yy));
@@ -291,7 +291,7 @@ std::optional<DiscModel> RoughDisc(const PageView& picture, const Middle& middle
   disc->row_px += middle.row_px;
   disc->background = levels->outside;
   disc->contrast = levels->inside - levels->outside;
-  constexpr double kSteepest = 0.3989;  // of the normal integral
+  constexpr double kSteepest = 0.3989;  // slope of the normal integral
   const double blur_px = kSteepest * std::abs(disc->contrast) *
                          static_cast<double>(rim.points().size()) / rim.slopes();
   disc->blur_px = std::clamp(blur_px, 0.4, std::max(0.4, 0.3 * MeanRadius(*disc)));

@@ -1,4 +1,4 @@
-// Blobs of one shade in a picture that may be discs, and their ellipses by rays.
+// Finds blobs of one shade in a picture that may be discs, and their ellipses by rays.
 #pragma once
 
 #include <optional>
@@ -13,7 +13,7 @@ namespace trammel::part_alignment {
 struct Middle {
   double column_px = 0;
   double row_px = 0;
-  /// From the unit circle to the ellipse, symmetric: (xx, xy; xy, yy), px.
+  /// Map from the unit circle to the ellipse, symmetric: (xx, xy; xy, yy), px.
   double xx = 0;
   double xy = 0;
   double yy = 0;
@@ -30,15 +30,15 @@ struct BlobRules {
   double max_radius_px = 150;
 };
 
-/// Finds outlines of what is darker or brighter than the mean of the pixels around it, and that are
-/// ellipses by their moments: the axes are 1 : 4 at most. Small discs come with up to 1.5 px more
-/// of radius. The largest come first; some come twice.
+/// Finds outlines darker or brighter than the mean of the pixels around them that are ellipses by
+/// their moments: the axes are 1 : 4 at most. The radius of small discs is up to 1.5 px too large.
+/// The largest are first; some appear twice.
 /// @param picture  1 channel, of Quieten.
 [[nodiscard]] std::vector<Blob> FindBlobs(const PageView& picture, const BlobRules& rules);
 
-/// The ellipse through where rays from the middle cross half the contrast, as a start for FitDisc.
-/// Absent where they do not lie on one, or the contrast is less.
-/// @param dark  whether the disc is darker than what is about it.
+/// Fits the ellipse to the points where rays from the middle cross half the contrast, as a start
+/// for FitDisc. Absent if they do not fit an ellipse, or the contrast is less.
+/// @param dark  true if the disc is darker than its surroundings.
 [[nodiscard]] std::optional<DiscModel> RoughDisc(const PageView& picture, const Middle& middle,
                                                  bool dark, double min_contrast);
 

@@ -10,8 +10,7 @@ namespace trammel::part_alignment {
 namespace {
 
 // Found by a search for large independent sets in the graph whose edges join words that could be
-// taken for one another, one of them in a mirror or not. 16 and 44 are the best that was found, not
-// proven to be the most there are.
+// confused, mirrored or not. 16 and 44 are the best found, not proven to be the maximum.
 constexpr std::array<std::uint32_t, 16> kWords12{23,  37,  115, 141, 171, 217, 329,  359,
                                                  415, 467, 509, 623, 759, 981, 1463, 1531};
 constexpr std::array<std::uint32_t, 44> kWords14{
@@ -38,12 +37,12 @@ bool IsFit(int bits, std::uint32_t word) {
   return true;
 }
 
-/// The canonical word of the ring's image in a mirror.
+/// Returns the canonical word of the mirrored ring.
 std::uint32_t Mirrored(int bits, std::uint32_t word) {
   return CanonicalWord(bits, ReversedWord(bits, word));
 }
 
-/// Whether `word` is the smallest of its rotations.
+/// True if `word` is the smallest of its rotations.
 bool IsCanonical(int bits, std::uint32_t word) {
   for (int by = 1; by < bits; ++by) {
     if (Rotated(bits, word, by) < word) return false;
@@ -51,7 +50,7 @@ bool IsCanonical(int bits, std::uint32_t word) {
   return true;
 }
 
-/// What the word can be read as with up to two wrong bits or with neighbours hidden, canonical.
+/// Lists the possible misreadings with up to two wrong bits or with neighbours hidden, canonical.
 std::vector<std::uint32_t> Misreadings(int bits, std::uint32_t word) {
   std::vector<std::uint32_t> found;
   const auto add = [&](std::uint32_t other) { found.push_back(CanonicalWord(bits, other)); };
@@ -68,7 +67,7 @@ std::vector<std::uint32_t> Misreadings(int bits, std::uint32_t word) {
   return found;
 }
 
-/// Takes each word, in ascending order, that no earlier one can be mistaken for nor it for them.
+/// Takes each word, in ascending order, that cannot be confused with an earlier one.
 std::vector<std::uint32_t> GreedyWords(int bits) {
   const std::uint32_t count = 1U << bits;
   std::vector<bool> taken(count);

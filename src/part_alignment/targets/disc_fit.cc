@@ -20,11 +20,11 @@ using SmallMatrix = Eigen::Matrix<double, kSize, kSize>;
 template <int kSize>
 using SmallVector = Eigen::Matrix<double, kSize, 1>;
 
-/// Factors a matrix, of which the lower triangle counts. Absent where it is not positive definite.
+/// Factors a matrix by its lower triangle. Absent if it is not positive definite.
 template <int kSize>
 [[nodiscard]] std::optional<Eigen::LLT<SmallMatrix<kSize>>> Factored(
     const SmallMatrix<kSize>& matrix) {
-  constexpr double kSingular = 1e-12;  // of a pivot, to what it was
+  constexpr double kSingular = 1e-12;  // pivot over its original value
   if (!matrix.template triangularView<Eigen::Lower>().toDenseMatrix().allFinite()) {
     return std::nullopt;
   }
@@ -35,13 +35,13 @@ template <int kSize>
   return factor;
 }
 
-/// Of DiscModel, in its order: c, W, blur, contrast, background, gradient.
+/// Number of parameters of DiscModel, in its order: c, W, blur, contrast, background, gradient.
 constexpr int kDiscParameters = 10;
 using DiscVector = SmallVector<kDiscParameters>;
 using DiscMatrix = SmallMatrix<kDiscParameters>;
 using DiscFactor = Eigen::LLT<DiscMatrix>;
 
-/// The system J^T J x = J^T r, lower triangle; sums of floats, right to some 1e-5.
+/// Lower triangle of the system J^T J x = J^T r; sums of floats, right to some 1e-5.
 struct DiscNormal {
   DiscMatrix jtj = DiscMatrix::Zero();
   DiscVector jtr = DiscVector::Zero();
@@ -50,7 +50,7 @@ struct DiscNormal {
   int saturated = 0;
 };
 
-/// Residuals about an eighth of the edge, in three ways that light which is no plane shows in.
+/// Sums of residuals about an eighth of the edge, in three patterns that uneven light causes.
 struct SectorSum {
   double edge = 0;  ///< residual times what the edge's shift by 1 px would change
   double edge2 = 0;
@@ -69,7 +69,7 @@ constexpr double kOuterLimit = 1.8;  ///< radii: short of the ring
 constexpr double kLeastOuterLimit = 1.4;
 constexpr double kRingReach = 3;  ///< blurs before the ring from where on it is part of the model
 
-/// Pixels that are looked at together: Eigen takes as many of them at a time as the processor does.
+/// Number of pixels processed together: Eigen vectorises them as the processor allows.
 constexpr int kTogether = 64;
 using Floats = Eigen::Array<float, kTogether, 1>;
 using Flags = Eigen::Array<bool, kTogether, 1>;
@@ -85,7 +85,7 @@ Floats NormalIntegral(const Floats& t, const Floats& density) {
 }
 Floats NormalDensity(const Floats& t) { return 0.39894228F * (-0.5F * t * t).exp(); }
 
-/// The ring's cover, softened along the ring as the blur does.
+/// Coverage of the ring, softened along the ring as by the blur.
 class SoftRing {
  public:
   SoftRing(const RingShade& ring, double blur_rad) {
@@ -106,7 +106,7 @@ class SoftRing {
     for (float& cover : cover_) cover /= total;
   }
   [[nodiscard]] float At(float angle_rad) const {
-    // Counted from a turn before, so that conversion cuts off downwards.
+    // Offset by a turn, so that conversion rounds down.
     const float place =
         angle_rad * static_cast<float>(RingShade::kAngles / (2 * std::numbers::pi)) +
         RingShade::kAngles;
@@ -120,7 +120,7 @@ class SoftRing {
   std::array<float, RingShade::kAngles> cover_{};
 };
 
-/// What one pass over the pixels needs of the model.
+/// State of one pass over the pixels of a model.
 class Pass {
  public:
   Pass(const PageView& picture, const DiscModel& model, const RingShade& ring)
@@ -128,7 +128,7 @@ class Pass {
     const double radius_px = MeanRadius(model);
     const double band_px = kReach * m_.blur_px + kMargin_px;
     band_px_ = static_cast<float>(band_px);
-    // Short of where the ring's blurred edge would have to be known well.
+    // Ends before the ring's blurred edge, which would have to be known well.
     const double limit =
         std::clamp(kRingInner - 2 * m_.blur_px / radius_px, kLeastOuterLimit, kOuterLimit);
     outer_ = std::min(limit, 1 + band_px / radius_px * 1.5);
@@ -140,7 +140,7 @@ class Pass {
     }
   }
 
-  /// Instead of the normal equations.
+  /// Computes sector sums instead of the normal equations.
   void RunBySectors(SectorSums& sums) {
     constexpr int kEveryRow = 1;  // fewer would show uneven light less than the centre feels it
     sectors_ = &sums;
@@ -184,7 +184,7 @@ class Pass {
     return static_cast<int>(std::clamp(place, 0.0, static_cast<double>(end)));
   }
 
-  /// Columns x0 … x1 - 1.
+  /// Adds columns x0 … x1 - 1.
   void AddSpan(int y, int x0, int x1) {
     const std::uint8_t* row = picture_.row(y);
     const auto dy = static_cast<float>(y - m_.row_px);
@@ -196,7 +196,7 @@ class Pass {
     }
   }
 
-  /// What the pixels tell, and begins anew.
+  /// Adds the collected pixels to the sums, and restarts the collection.
   void AddPixels() {
     const auto wxx = static_cast<float>(m_.wxx);
     const auto wxy = static_cast<float>(m_.wxy);
@@ -205,7 +205,7 @@ class Pass {
     const auto contrast = static_cast<float>(m_.contrast);
     const auto gradient_x = static_cast<float>(m_.gradient_x);
     const auto gradient_y = static_cast<float>(m_.gradient_y);
-    // The last ones may be fewer: the others stand far outside.
+    // The last block may have fewer pixels: the others are placed far outside.
     constexpr float kNowhere_px = 1e6F;
     dx_.tail(kTogether - count_).setConstant(kNowhere_px);
     dy_.tail(kTogether - count_).setConstant(kNowhere_px);
@@ -219,7 +219,7 @@ class Pass {
     const Floats py = wxy * u + wyy * v;
     const Floats by_steep = (px * px + py * py).sqrt().max(1e-12F).inverse();
     const Floats distance = (q - 1) * q * by_steep;
-    // In the middle itself first order tells nothing.
+    // At the middle itself, the first order has no information.
     const Flags wanted = q <= static_cast<float>(outer_) && q >= static_cast<float>(inner_) &&
                          q > 1e-4F && distance.abs() <= band_px_;
     if (!wanted.any()) return;
@@ -235,7 +235,7 @@ class Pass {
     const Floats gain = 1 + gradient_x * dx_ + gradient_y * dy_;
     const Floats shade = static_cast<float>(m_.background) + contrast * cover;
     const Floats value = gain * shade;
-    // What the sensor cut off tells only that it was beyond.
+    // A saturated pixel only bounds the value.
     const Flags white = wanted && grey_ >= kSaturated;
     const Flags black = wanted && grey_ <= kBlack;
     normal_.samples += static_cast<int>(wanted.count());
@@ -317,34 +317,34 @@ class Pass {
   SectorSums* sectors_ = nullptr;  ///< instead of the normal equations
   Floats grey_, dx_, dy_;
   int count_ = 0;
-  /// Of products of what pixels tell of each parameter, and of the residual; lower triangle.
+  /// Sums of products of the pixels' derivatives by parameter, and of the residual; lower triangle.
   Eigen::Matrix<double, kDiscParameters + 1, kDiscParameters + 1> sums_ =
       Eigen::Matrix<double, kDiscParameters + 1, kDiscParameters + 1>::Zero();
   DiscNormal normal_;
 };
 
-/// Of the pixels that SumOverPixels takes of every row, saturated ones left out.
+/// Sums over the pixels that SumOverPixels takes of every row, without saturated ones.
 SectorSums SumBySectors(const PageView& picture, const DiscModel& model, const RingShade& ring) {
   SectorSums sums{};
   Pass(picture, model, ring).RunBySectors(sums);
   return sums;
 }
 
-/// Sums over the pixels within 3.5 blurs + 1.5 px of the edge, short of the ring.
+/// Computes sums over the pixels within 3.5 blurs + 1.5 px of the edge, short of the ring.
 /// @param picture  1 channel, at least 4 px wide.
-/// @param every    looks at one row in so many, >= 1.
+/// @param every    uses one row in so many, >= 1.
 DiscNormal SumOverPixels(const PageView& picture, const DiscModel& model, const RingShade& ring,
                          int every) {
   return Pass(picture, model, ring).Run(every);
 }
 
 constexpr int kMaxIterations = 20;
-constexpr double kSettledCut_px = 0.001;  ///< where the set of saturated pixels still changes
-constexpr double kSettled = 0.2;          ///< a step's own error, of the centre's sigma
-constexpr double kRowsOfFirst = 5;  ///< that many, and twice, cross the disc in the first pass
+constexpr double kSettledCut_px = 0.001;   ///< the set of saturated pixels still changes
+constexpr double kSettled = 0.2;           ///< a step's own error, of the centre's sigma
+constexpr double kRowsOfFirst = 5;         ///< up to twice as many cross the disc in the first pass
 constexpr double kRoundingNoise = 0.2887;  ///< 1 / sqrt(12)
 
-/// A step, kept within what a start right to a pixel can need.
+/// Takes a step, limited to that of a start right to a pixel.
 void Step(const DiscVector& d, DiscModel& m) {
   const double radius = MeanRadius(m);
   const auto within = [](double value, double bound) { return std::clamp(value, -bound, bound); };
@@ -360,13 +360,14 @@ void Step(const DiscVector& d, DiscModel& m) {
   m.gradient_y += d[9];
 }
 
-/// Centre and gradient explain the same pixels in part: a gradient that is only noise costs up to a
-/// third of the centre's precision. So as much of it as noise could be is taken back, and the
-/// centre follows as their covariance says. Its variance then lies between that with a known
-/// gradient and that with a free one: a quarter of the difference always stays for the gradient
-/// that is there but lost in noise, and all of it where what was taken back was hardly noise.
+/// Shrinks the gradient to its significant part. Centre and gradient explain the same pixels in
+/// part: a gradient that is only noise costs up to a third of the centre's precision. So the part
+/// that may be noise is subtracted, and the centre follows by their covariance. Its variance is
+/// then between that with a known gradient and that with a free one. A quarter of the difference
+/// always remains for a real gradient lost in noise, and all of it if the subtracted part was
+/// hardly noise.
 void ShrinkGradient(const DiscMatrix& covariance, DiscFit& fit) {
-  constexpr double kNoiseChi2 = 3;  ///< of two parameters: below it in 78 % of pictures without one
+  constexpr double kNoiseChi2 = 3;  ///< two parameters: 78 % of pictures without one are below
   constexpr double kLeastShare = 0.25;
   constexpr double kCertainChi2 = 6;  ///< noise alone reaches it in 5 % of pictures
   DiscModel& m = fit.model;
@@ -397,15 +398,14 @@ void ShrinkGradient(const DiscMatrix& covariance, DiscFit& fit) {
   fit.sigma_row_px = fit.noise * std::sqrt(covariance(1, 1) - taken * by_gradient[1]);
 }
 
-/// The centre's sigma that the factored normal equations give.
+/// Computes the centre's sigma from the factored normal equations.
 double CentreSigma(const DiscFactor& factor, double mean_square) {
   const DiscMatrix inverse = factor.solve(DiscMatrix::Identity());
   return std::sqrt((inverse(0, 0) + inverse(1, 1)) * mean_square);
 }
 
-/// How many times worse the centre is known than by pixels that scatter by themselves: what a
-/// lamp's image or a shadow's edge leaves has one sign over a whole sector. 1 where nothing of it
-/// shows.
+/// Returns the factor on the centre's uncertainty compared with independent pixels: a lamp's image
+/// or a shadow's edge has one sign over a whole sector. 1 without evidence.
 double UnevenLight(const SectorSums& sums, double noise) {
   double chi2 = 0;
   int count = 0;
@@ -423,9 +423,9 @@ double UnevenLight(const SectorSums& sums, double noise) {
   return std::sqrt(std::max(1.0, chi2 / freedom));
 }
 
-/// Noise and sigmas.
+/// Computes noise and sigmas.
 /// @param factor  of normal.jtj
-/// @param step    the last, which `normal` led to.
+/// @param step    the last, from `normal`.
 void Finish(const DiscNormal& normal, const DiscFactor& factor, const DiscVector& step,
             DiscFit& fit) {
   fit.samples = normal.samples;
@@ -513,7 +513,7 @@ std::optional<DiscFit> FitDisc(const PageView& picture, const DiscModel& start,
     const DiscNormal normal = SumOverPixels(picture, fit.model, ring, every);
     if (normal.samples - normal.saturated < kLeastSamples) return std::nullopt;
     const double mean = normal.rss / (normal.samples - normal.saturated);
-    // What few rows left says nothing about all of them.
+    // The fit of a few rows does not represent all of them.
     if (kept_every != 1 || mean < kWorse * best_mean) {
       best = fit.model;
       best_mean = mean;

@@ -1,4 +1,4 @@
-// A blurred elliptic disc, fitted to the pixels about its edge; and the ellipse nearest to points.
+// Fits a blurred elliptic disc to the pixels about its edge, and an ellipse to points.
 #pragma once
 
 #include <array>
@@ -13,8 +13,8 @@
 
 namespace trammel::part_alignment {
 
-/// Grey value at p: gain · (background + contrast · coverage(p)), gain = 1 + gradient · (p - c).
-/// The edge is |W (p - c)| = 1 with W symmetric, its profile a Gaussian's integral.
+/// Disc whose grey value at p is gain · (background + contrast · coverage(p)), gain = 1 + gradient
+/// · (p - c). The edge is |W (p - c)| = 1 with W symmetric, its profile a Gaussian's integral.
 struct DiscModel {
   double column_px = 0;  ///< c
   double row_px = 0;
@@ -28,8 +28,8 @@ struct DiscModel {
   double gradient_y = 0;
 };
 
-/// How much of a ring's segments covers a direction, at kAngles even steps of the angle of W (p -
-/// c) and as sharp as drawn; in 0 … 1. All 0: no ring.
+/// Cover of each direction by a ring's segments, as sharp as drawn; in 0 … 1. Directions: kAngles
+/// even steps of the angle of W (p - c). All 0: no ring.
 struct RingShade {
   static constexpr int kAngles = 128;
   std::array<float, kAngles> cover{};
@@ -44,14 +44,14 @@ struct DiscFit {
   int saturated = 0;
 };
 
-/// The edge |W (p - c)| = 1.
+/// Returns the edge |W (p - c)| = 1.
 [[nodiscard]] ImageEllipse EllipseOf(const DiscModel& model);
 
-/// Radius of the circle of the same area, px.
+/// Returns the radius of the circle of the same area, px.
 [[nodiscard]] double MeanRadius(const DiscModel& model);
 
-/// Gauss-Newton from `start`, which must be right to about a pixel. Absent where it does not
-/// settle, or too few pixels are inside the picture and below saturation.
+/// Fits by Gauss-Newton from `start`, which must be right to about a pixel. Absent if it does not
+/// converge, or too few pixels are inside the picture and below saturation.
 /// @param picture  1 channel.
 [[nodiscard]] std::optional<DiscFit> FitDisc(const PageView& picture, const DiscModel& start,
                                              const RingShade& ring);
@@ -61,15 +61,15 @@ struct Offset {
   double y = 0;
 };
 
-/// The ellipse nearest to points about (0, 0), by the conic's algebraic residual. Of a model only
-/// centre and shape are set.
-/// @param scale  about how far from (0, 0) the points are, px.
+/// Fits an ellipse to points about (0, 0), by the conic's algebraic residual. Sets only centre and
+/// shape of the model.
+/// @param scale  approximate distance of the points from (0, 0), px.
 [[nodiscard]] std::optional<DiscModel> EllipseThrough(std::span<const Offset> points, double scale);
 
-/// Root mean square of the points' distances from the ellipse, about.
+/// Computes the approximate root mean square of the points' distances from the ellipse.
 [[nodiscard]] double DistanceFrom(const DiscModel& ellipse, std::span<const Offset> points);
 
-/// So many directions at even steps of the angle, all around.
+/// Returns kCount directions at even steps of the angle, all around.
 /// @param stride  from each to the next, in steps; without a divisor of kCount
 template <std::size_t kCount>
 std::array<Offset, kCount> AllAround(double first_rad, int stride = 1) {

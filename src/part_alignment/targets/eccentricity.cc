@@ -11,7 +11,7 @@ namespace trammel::part_alignment {
 
 namespace {
 
-/// The ellipse of the disc's image about the image of its centre.
+/// Computes the ellipse of the disc's image about the image of its centre.
 std::optional<DiscModel> AboutCentre(const Camera& camera, const Eigen::Vector3d& centre_mm,
                                      const Eigen::Vector3d& normal, double radius_mm) {
   constexpr int kPoints = 48;

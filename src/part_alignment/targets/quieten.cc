@@ -22,7 +22,7 @@ double PixelNoise(const PageView& picture) {
   int below = 0;
   while (2 * (below + histogram[median]) < count) below += histogram[median++];
   if (median == 0) return 0;
-  // Where within its grey level's width the median lies.
+  // Position of the median within its grey level's width.
   const double share = (0.5 * count - below) / histogram[median];
   constexpr double kSigmaOfMedian = 1.4826;
   constexpr double kPixelOfDifference = 0.7071;

@@ -1,4 +1,4 @@
-// Noise of a picture, the same picture with less of it, and grey values between pixels.
+// Measures and reduces a picture's noise, and interpolates grey values.
 #pragma once
 
 #include <algorithm>
@@ -10,32 +10,33 @@
 
 namespace trammel::part_alignment {
 
-/// Standard deviation of a pixel's noise, grey levels: from the median of |I(x + 1) - I(x - 1)|
-/// over some rows, so edges hardly count where most of the picture is plain. A busy picture has
-/// more.
+/// Estimates the standard deviation of a pixel's noise, grey levels, from the median of |I(x + 1) -
+/// I(x - 1)| over some rows. Edges hardly count if most of the picture is plain; a busy picture
+/// yields more.
 /// @param picture  1 channel, at least 16 x 16 px.
 [[nodiscard]] double PixelNoise(const PageView& picture);
 
-/// Grey levels of noise from which on a picture is looked at with less of it.
+/// Noise in grey levels above which a picture is smoothed first.
 inline constexpr double kNoisy = 2.4;
 
 /// What Quieten leaves of white noise.
 inline constexpr double kQuietNoise = 0.375;
 
-/// Binomial weights (1, 2, 1) / 4 along both axes: an edge's blur gains 0.5 px² of variance.
-/// @param samples  gets width x height values.
+/// Smooths with binomial weights (1, 2, 1) / 4 along both axes: an edge's blur gains 0.5 px² of
+/// variance.
+/// @param samples  receives width x height values.
 /// @returns the picture in `samples`.
 PageView Quieten(const PageView& picture, std::vector<std::uint8_t>& samples);
 
-/// The same of the 3 x 3 pixels about one, in sixteenths of a grey level and not rounded.
-/// REQUIRES `p` to be no pixel of the border.
+/// Smooths the 3 x 3 pixels about one in the same way, in sixteenths of a grey level and not
+/// rounded. REQUIRES `p` to be no pixel of the border.
 [[nodiscard]] inline int SoftGrey(const std::uint8_t* p, std::ptrdiff_t stride) {
   const auto line = [](const std::uint8_t* q) { return q[-1] + 2 * q[0] + q[1]; };
   return line(p - stride) + 2 * line(p) + line(p + stride);
 }
 inline constexpr int kSoftUnit = 16;
 
-/// Grey value between pixels. REQUIRES 0 <= x <= width - 1 and the same for y.
+/// Interpolates the grey value between pixels. REQUIRES 0 <= x <= width - 1 and the same for y.
 [[nodiscard]] inline double Between(const PageView& picture, double x, double y) {
   const int x0 = std::min(static_cast<int>(x), picture.width - 2);
   const int y0 = std::min(static_cast<int>(y), picture.height - 2);

@@ -26,7 +26,7 @@ namespace {
 
 class SeenCells {
  public:
-  static constexpr std::uint8_t kDone = 255;  ///< of a disc that has been judged
+  static constexpr std::uint8_t kDone = 255;  ///< disc already judged
 
   /// @param cells  memory, kept by the caller.
   SeenCells(int width, int height, std::vector<std::uint8_t>& cells)
@@ -34,7 +34,7 @@ class SeenCells {
     cells_.assign(static_cast<std::size_t>(columns_) * static_cast<std::size_t>(rows_), 0);
   }
 
-  /// Of the nearest cell.
+  /// Returns the nearest cell.
   [[nodiscard]] std::uint8_t& At(double column_px, double row_px) {
     const int x = std::clamp(static_cast<int>(column_px) / kCell_px, 0, columns_ - 1);
     const int y = std::clamp(static_cast<int>(row_px) / kCell_px, 0, rows_ - 1);
@@ -46,7 +46,7 @@ class SeenCells {
     return At(column_px, row_px) == kDone;
   }
 
-  /// The cells whose middle is within so many radii of a disc, and the disc's own.
+  /// Marks the cells whose middle is within so many radii of a disc, and the disc's own.
   void MarkDone(const DiscModel& disc, double radii) {
     At(disc.column_px, disc.row_px) = kDone;
     constexpr double kMiddle = 0.5 * (kCell_px - 1);
@@ -78,8 +78,8 @@ class SeenCells {
   std::vector<std::uint8_t>& cells_;
 };
 
-/// Why no target can be looked for in it: not 8-bit grey, a side below 16 or above 32,767 px;
-/// absent where one can.
+/// Returns the fault of a picture: not 8-bit grey, a side below 16 or above 32,767 px; absent if it
+/// is usable.
 std::optional<std::string> PictureProblem(const PageView& picture) {
   constexpr int kLeastSide = 16;
   constexpr int kMostSide = 32767;
@@ -100,7 +100,7 @@ constexpr double kFaintest = 6;    ///< grey levels of contrast of what is looke
 constexpr double kOfTarget = 3.4;  ///< radii, short of where another target may begin
 constexpr double kSmall_px = 6;    ///< below it, less noise would blur the ring too much
 
-// Of a cell that is not done with.
+// Flags of a cell that is not finished.
 constexpr std::uint8_t kRingSeen = 128;  ///< something with a ring, in the middle of which it lies
 
 std::optional<std::string> FindProblem(const PageView& picture, const FinderOptions& options) {
@@ -123,13 +123,13 @@ double SemiMinor(const DiscModel& disc) {
   return 1 / (0.5 * (disc.wxx + disc.wyy) + std::hypot(0.5 * (disc.wxx - disc.wyy), disc.wxy));
 }
 
-/// A clear ring that is none of the book's: one read in a target's ring around a gap of it is such.
+/// Clear ring that is not in the book: for example one read in a target's ring around a gap of it.
 struct WrongCode {
   DiscModel disc;
   RejectReason reason;
 };
 
-/// One picture's search.
+/// Search of one picture.
 class Search {
  public:
   Search(const PageView& picture, const CodeBook& book, const FinderOptions& options,
@@ -145,7 +145,7 @@ class Search {
   FoundTargets Run() {
     const BlobRules blobs{noise_, kSmallestSeen_px, options_.max_radius_px};
     for (const Blob& blob : FindBlobs(quiet_, blobs)) Examine(blob);
-    // What was read is known by now, and is no part of what is not.
+    // All codes are read by now: wrong ones inside a read target are dropped.
     RejectWrong();
     RejectUnread();
     RejectDoubled();
@@ -186,7 +186,7 @@ class Search {
     return model;
   }
 
-  /// Notes what has ink in pieces about it, to be named once all is known.
+  /// Notes a disc with pieces of ink about it, to be named after the search.
   void NoteUnread(const DiscModel& disc, RejectReason reason) {
     std::uint8_t& seen = seen_.At(disc.column_px, disc.row_px);
     if ((seen & kRingSeen) != 0) return;
@@ -222,7 +222,7 @@ class Search {
     found_.rejected.push_back({reason, disc.column_px, disc.row_px, MeanRadius(disc), number});
   }
 
-  /// In the picture with the noise that suits the ring's size; if that is unclear, in the other.
+  /// Reads the ring in the picture with the noise that suits its size; if unclear, in the other.
   [[nodiscard]] RingReading Read(const DiscModel& disc) const {
     const bool small = SemiMinor(disc) < kSmall_px;
     const RingReading reading = ReadRing(small ? picture_ : shown_, disc, book_.bits);
@@ -239,14 +239,14 @@ class Search {
     return options_.mirrored ? ReversedWord(book_.bits, seen) : seen;
   }
 
-  /// Of a clear ring that is none of the book's.
+  /// Returns the reason for a clear ring that is not in the book.
   [[nodiscard]] RejectReason ReasonFor(const DiscModel& disc, const RingReading& ring) const {
     if (IsFaint(disc)) return RejectReason::kFaint;
     const std::uint32_t in_mirror = ReversedWord(book_.bits, AsPrinted(ring.word));
     return TargetNumber(book_, in_mirror) ? RejectReason::kMirrored : RejectReason::kWrongCode;
   }
 
-  /// Reads and measures the disc's target, or says why not.
+  /// Reads and measures the disc's target, or records the reason why not.
   void Judge(const DiscModel& disc) {
     constexpr double kOfDisc = 0.85;
     const RingReading ring = Read(disc);
@@ -264,7 +264,7 @@ class Search {
         Reject(IsFaint(disc) ? RejectReason::kFaint : RejectReason::kHidden, disc);
         break;
       case RingState::kCutOff:
-        if (IsFaint(disc)) return;  // of a faint thing half a ring tells nothing
+        if (IsFaint(disc)) return;  // half a ring of a faint disc proves nothing
         Reject(RejectReason::kAtBorder, disc);
         break;
       case RingState::kClear:
@@ -292,13 +292,13 @@ class Search {
       Reject(RejectReason::kDamaged, rough, number);
       return;
     }
-    // An edge that light has driven to white within a pixel leaves next to nothing to fit.
+    // An edge that light saturates within a pixel has next to nothing to fit.
     constexpr double kMostSaturated = 0.9;
     if (fit->saturated > kMostSaturated * fit->samples) {
       Reject(RejectReason::kSaturated, rough, number);
       return;
     }
-    // What is no blurred ellipse fits worse than the picture's noise lets expect.
+    // Anything but a blurred ellipse fits worse than the picture's noise explains.
     const double most_noise = 3 + 0.06 * std::abs(fit->model.contrast) + noise_;
     if (fit->noise > most_noise) {
       Reject(RejectReason::kDamaged, rough, number);
@@ -312,7 +312,7 @@ class Search {
     FoundTarget target;
     target.number = number;
     target.disc = EllipseOf(m);
-    // Blur draws the half-way line of a convex edge inwards, by blur² / (2 r).
+    // Blur shifts the half-way line of a convex edge inwards, by blur² / (2 r).
     const double drawn_in = 0.5 * m.blur_px * m.blur_px / MeanRadius(m);
     target.disc.semi_major_px += drawn_in;
     target.disc.semi_minor_px += drawn_in;
@@ -350,7 +350,7 @@ class Search {
   std::vector<WrongCode> wrong_;
   double noise_;
   PageView quiet_;  ///< the picture with less noise
-  PageView shown_;  ///< that one where the picture is noisy, else the picture
+  PageView shown_;  ///< smoothed picture if noisy, else the original
   FoundTargets found_;
 };
 
@@ -372,7 +372,7 @@ Page GreyPicture(int width, int height, std::span<const std::uint8_t> bgr) {
 Result<FoundTargets> FindTargets(const PageView& picture, const CodeBook& book,
                                  const FinderOptions& options, FinderWorkspace& workspace) {
   if (const auto problem = FindProblem(picture, options)) return Fail(*problem);
-  // Places of pixels are counted with 31 bits: rows that lie far apart are put together.
+  // Pixel positions have 31 bits: rows that are far apart are copied together.
   constexpr std::ptrdiff_t kFarthest = 65535;
   if (picture.stride > kFarthest) {
     Page together{picture.width, picture.height, 1, {}, {}, {}};

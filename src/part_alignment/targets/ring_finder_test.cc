@@ -146,7 +146,7 @@ TEST(TargetFinder, ReadsCodesOfEveryLengthInEveryDirection) {
           Find(Expose(Draw(scene.side, scene.side, {scene.target}, {}), 1, random), book);
       ASSERT_THAT(found.targets, SizeIs(1)) << bits << " bits, target " << i + 1;
       EXPECT_EQ(found.targets[0].number, static_cast<int>(i) + 1);
-      // Where the first segment begins: a segment and a half would be another reading.
+      // Checks the start of the first segment: a segment and a half would be another reading.
       EXPECT_NEAR(found.targets[0].contrast, -150, 6);
       EXPECT_NEAR(found.targets[0].disc.semi_major_px, 7.5, 0.03);
     }
@@ -177,7 +177,7 @@ TEST(TargetFinder, ReadsFaintTargetsInNoise) {
   Random random(kSeed);
   const CodeBook book = Book(14);
   int read = 0;
-  double squares = 0;  // of the error in stated sigmas
+  double squares = 0;  // squared errors in stated sigmas
   for (int i = 0; i < kScenes; ++i) {
     const Scene scene =
         OneTarget(random, random.Uniform(12, 15), random.Uniform(0, 0.7), 14, book.words[9]);

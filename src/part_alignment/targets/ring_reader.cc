@@ -17,7 +17,7 @@ namespace trammel::part_alignment {
 namespace {
 
 constexpr int kAround = 40;
-// Radii of what is looked at in each direction.
+// Sampled radii in each direction.
 constexpr double kWithin = 0.6;
 constexpr double kGap = 1.5;
 constexpr double kRing = 2.5;
@@ -29,7 +29,7 @@ class DiscPlane {
   DiscPlane(const PageView& picture, const DiscModel& disc)
       : picture_(picture), disc_(disc), det_(disc.wxx * disc.wyy - disc.wxy * disc.wxy) {}
 
-  /// At so many radii in a direction; absent beyond the picture and in its border.
+  /// Returns the shade at this radius in a direction; absent beyond the picture and in its border.
   [[nodiscard]] std::optional<int> At(double radius, const Offset& to) const {
     const double x = disc_.column_px + radius * (disc_.wyy * to.x - disc_.wxy * to.y) / det_ + 0.5;
     const double y = disc_.row_px + radius * (disc_.wxx * to.y - disc_.wxy * to.x) / det_ + 0.5;
@@ -45,7 +45,7 @@ class DiscPlane {
   double det_;
 };
 
-/// What the directions tell.
+/// Shades of a ring by direction.
 struct Around {
   std::vector<double> ink;    ///< 0: the ring is as the gap, 1: as the disc
   std::vector<int> contrast;  ///< soft grey, between gap and disc
@@ -53,17 +53,18 @@ struct Around {
   int darkest = std::numeric_limits<int>::max();
 };
 
-/// Absent where the directions tell too little, or of something else.
+/// Samples around the disc; absent if the directions have too little information, or show something
+/// else.
 /// @param least  contrast, in soft grey.
 std::optional<Around> LookAround(const DiscPlane& plane, int sign, double least) {
   constexpr int kLeastTold = 18;
-  constexpr double kWildest = 0.7;  // of ink, below 0 and above 1
+  constexpr double kWildest = 0.7;  // ink below 0 or above 1
   constexpr double kCrowded = 0.6;
   static const auto kDirections = AllAround<kAround>(0);
   Around around;
-  int against = 0;  // in which the disc differs the other way
-  int wild = 0;     // in which the ring is neither: another light, or another thing
-  int crowded = 0;  // in which the quiet zone is not as the gap
+  int against = 0;  // directions with opposite contrast of the disc
+  int wild = 0;     // directions with neither shade: other light or object
+  int crowded = 0;  // directions: quiet zone differs from the gap
   int left = kAround;
   for (const Offset& to : kDirections) {
     --left;
@@ -94,16 +95,16 @@ std::optional<Around> LookAround(const DiscPlane& plane, int sign, double least)
   return around;
 }
 
-/// Directions in which the ring is clearly one of two shades; 0 where it is not in pieces.
+/// Counts directions in which the ring is clearly one of two shades; 0 if it is not in pieces.
 int ClearlyInPieces(const Around& around) {
   constexpr double kLeastSpan = 0.3;  // between the shades
   constexpr double kLeastInked = 0.3;
   constexpr double kMostPlain = 0.5;
-  constexpr double kFrom = 0.35;  // of the span: what is between is not clear
+  constexpr double kFrom = 0.35;  // of the span: shades in between are unclear
   constexpr int kLeastChanges = 3;
   constexpr int kMostChanges = 14;
   const auto told = static_cast<int>(around.ink.size());
-  const int apart = told / 8;  // from the extremes
+  const int apart = told / 8;  // number cut at the extremes
   std::vector<double> in_order = around.ink;
   std::sort(in_order.begin(), in_order.end());
   const double plain = in_order[static_cast<std::size_t>(apart)];
@@ -132,30 +133,30 @@ constexpr int kMostSamples = 20 * kPerSegment;
 using Samples = std::array<double, kMostSamples>;
 constexpr int kAgain = kPerSegment;  ///< samples from the circle's begin that follow its end
 
-// In units of the contrast: 0 the surroundings, 1 the disc's shade.
+// Units: contrast; 0 is the surroundings, 1 the disc's shade.
 constexpr double kPlain = 0.35;          ///< gap and quiet zone stay below
 constexpr double kMostScratched = 0.12;  ///< share of the quiet zone, beyond a whole ring
 constexpr double kLeastSpan = 0.35;      ///< between segments without and with ink
-constexpr double kMostLow = 0.3;         ///< of those without
-constexpr double kLeastHigh = 0.5;       ///< of those with
+constexpr double kMostLow = 0.3;         ///< segments without ink
+constexpr double kLeastHigh = 0.5;       ///< segments with ink
 
-// Of the ring, in units of the span between its two shades.
+// Units of the ring: span between its two shades.
 constexpr double kSure = 0.12;      ///< a segment's least distance from the middle
 constexpr double kSameShade = 0.3;  ///< segments of one value differ by less
-constexpr double kMisfit = 0.45;    ///< of a segment's half from what its bits say
-constexpr double kMostBelow = 0.6;  ///< of a ring's sample below the surroundings
+constexpr double kMisfit = 0.45;    ///< deviation of half a segment from its bits
+constexpr double kMostBelow = 0.6;  ///< ring sample below the surroundings
 constexpr int kLeastInked = 3;      ///< segments of a ring, and as many without ink
-constexpr double kBlank = 0.3;      ///< without a ring no sample of it reaches this
+constexpr double kBlank = 0.3;      ///< upper limit of all samples if there is no ring
 
 /// Samples along circles of the target, each in units of the contrast.
 struct Circles {
   int count = 0;
   std::array<double, kMostSamples> gap;
-  std::array<double, kMostSamples + kAgain> ring;  ///< its first kAgain follow its last
+  std::array<double, kMostSamples + kAgain> ring;  ///< the first kAgain repeat after the last
   std::array<double, kMostSamples> quiet;
 };
 
-/// From the plane of W (p - c) to the picture.
+/// Map from the plane of W (p - c) to the picture.
 struct Mapping {
   double cx, cy, xx, xy, yy;
   explicit Mapping(const DiscModel& d) : cx(d.column_px), cy(d.row_px) {
@@ -177,7 +178,7 @@ constexpr double kGapRadius = 1.5;
 constexpr std::array<double, 3> kRingRadii{2.4, 2.5, 2.6};
 constexpr double kQuietSample = 3.45;
 
-/// The picture on circles of the target, between pixels.
+/// Samples the picture on circles of the target, between pixels.
 class CircleSampler {
  public:
   CircleSampler(const PageView& picture, const Mapping& map, int count) : picture_(picture) {
@@ -201,11 +202,11 @@ class CircleSampler {
  private:
   const PageView& picture_;
   Offset middle_;
-  std::array<Offset, kMostSamples> spokes_;  ///< at a radius of 1
+  std::array<Offset, kMostSamples> spokes_;  ///< at radius 1
   std::size_t count_ = 0;
 };
 
-/// Samples gap or quiet zone; the share of what is not plain, or 1 where it is above `most`.
+/// Samples gap or quiet zone; returns the share that is not plain, or 1 if it is above `most`.
 double SamplePlain(const CircleSampler& sampler, const DiscModel& disc, double radius, double most,
                    int count, Samples& values) {
   sampler.SampleAt(radius, values);
@@ -217,7 +218,7 @@ double SamplePlain(const CircleSampler& sampler, const DiscModel& disc, double r
   return disturbed > static_cast<int>(most * count) ? 1 : static_cast<double>(disturbed) / count;
 }
 
-/// The ring's samples, between what is nearby and the disc's ink.
+/// Samples the ring, scaled between its surroundings and the disc's ink.
 void SampleRing(const CircleSampler& sampler, const DiscModel& disc, Circles& circles) {
   std::array<Samples, kRingRadii.size()> greys;
   for (std::size_t k = 0; k < greys.size(); ++k) sampler.SampleAt(kRingRadii[k], greys[k]);
@@ -229,13 +230,13 @@ void SampleRing(const CircleSampler& sampler, const DiscModel& disc, Circles& ci
     const double grey = (greys[0][i] + greys[1][i] + greys[2][i]) / kRingRadii.size();
     const double ring = (grey - disc.background) / disc.contrast;
     constexpr double kLeastLocal = 0.3;
-    // No contrast left here: not a plain surrounding.
+    // No contrast here: the surroundings are not plain.
     circles.ring[i] = 1 - nearby > kLeastLocal ? (ring - nearby) / (1 - nearby) : -1;
   }
   std::copy_n(circles.ring.begin(), kAgain, circles.ring.begin() + circles.count);
 }
 
-/// The mean shades of the lighter and of the darker segments.
+/// Mean shades of the lighter and of the darker segments.
 struct Shades {
   double low = 0;
   double high = 0;
@@ -254,7 +255,7 @@ Shades TwoShades(const std::vector<double>& shades) {
   return {sum[0] / std::max(count[0], 1), sum[1] / std::max(count[1], 1)};
 }
 
-/// Where segments begin, in samples from the first, in [0, kPerSegment).
+/// Finds the start of the segments, in samples from the first, in [0, kPerSegment).
 double Phase(const Circles& circles) {
   const int n = circles.count;
   // Squared, so that true edges outweigh noise.
@@ -276,7 +277,8 @@ double Phase(const Circles& circles) {
   return phase < 0 ? phase + kPerSegment : phase;
 }
 
-/// Mean of the ring over half a segment from place `from` >= 0; sample i stands at place i.
+/// Computes the mean of the ring over half a segment from position `from` >= 0; sample i is at
+/// position i.
 double MeanOverHalf(const Circles& circles, double from) {
   constexpr int kLength = kPerSegment / 2;
   from += 0.5;  // half a sample's width
@@ -288,7 +290,7 @@ double MeanOverHalf(const Circles& circles, double from) {
   return sum / kLength;
 }
 
-/// Whether the two shades are each of a kind, and every half segment what its neighbours say.
+/// True if each of the two shades is uniform, and every half segment matches its neighbours.
 bool IsConsistent(const Circles& circles, const std::vector<double>& shades, std::uint32_t word,
                   double phase) {
   const int bits = static_cast<int>(shades.size());
@@ -374,7 +376,7 @@ RingReading ReadRing(const PageView& picture, const DiscModel& disc, int bits) {
   }
   Circles circles;
   circles.count = bits * kPerSegment;
-  // More than a third of the gap or most of the quiet zone in disorder: not a target at all.
+  // More than a third of the gap or most of the quiet zone in disorder: not a target.
   constexpr double kMostGap = 0.35;
   constexpr double kMostQuiet = 0.5;
   const CircleSampler sampler(picture, map, circles.count);
@@ -395,7 +397,7 @@ RingReading ReadRing(const PageView& picture, const DiscModel& disc, int bits) {
     return reading;
   }
   if (gap == 0 && quiet == 0 && low > kLeastHigh && high - low < kLeastSpan) {
-    // A closed ring: ink all around, which is no book's word.
+    // A closed ring: ink all around, a word in no book.
     reading.state = RingState::kClear;
     reading.word = (1U << bits) - 1;
     return reading;
@@ -403,7 +405,7 @@ RingReading ReadRing(const PageView& picture, const DiscModel& disc, int bits) {
   const double phase = Phase(circles);
   std::vector<double> shades(static_cast<std::size_t>(bits));
   for (int k = 0; k < bits; ++k) {
-    // The middle half of the segment, so that its edges do not count.
+    // The middle half of the segment, without its edges.
     shades[k] = MeanOverHalf(circles, phase + k * kPerSegment + 0.25 * kPerSegment);
   }
   const Shades two = TwoShades(shades);
@@ -443,7 +445,7 @@ RingShade ShadeOf(const RingReading& reading, int bits) {
     return static_cast<double>(reading.word >> k & 1U);
   };
   for (int i = 0; i < RingShade::kAngles; ++i) {
-    // The mean over the step's width, so that a segment's edge lies between steps too.
+    // The mean over the step's width, so that a segment's edge may be between steps too.
     const double begin = (i - 0.5) * per_step - reading.start_rad / kTurn * bits + bits;
     const double end = begin + per_step;
     const double before = std::min(1.0, (std::floor(end) - begin) / per_step);

@@ -1,4 +1,4 @@
-// Targets: their layout, those found in a picture, and why others were not read.
+// Targets: their layout, those found in a picture, and reasons why others were not read.
 #pragma once
 
 #include <optional>
@@ -10,12 +10,12 @@
 
 namespace trammel::part_alignment {
 
-/// Schneider's layout: a disc, a ring of as many equal segments as the code has bits, and nothing
-/// else. Segment k spans the angles 2 pi k / bits … 2 pi (k + 1) / bits, clockwise from the right
-/// as one looks at the target, and is inked where bit k of the word is 1.
+/// Radii in Schneider's layout: a disc, a ring of as many equal segments as the code has bits, and
+/// nothing else. Segment k spans the angles 2 pi k / bits … 2 pi (k + 1) / bits, clockwise from the
+/// right as seen in front of the target, and is inked if bit k of the word is 1.
 inline constexpr double kRingInner = 2.0;  ///< radius of the ring's inner edge
 inline constexpr double kRingOuter = 3.0;  ///< radius of its outer edge
-/// Within this radius nothing but disc and ring may be seen.
+/// Radius within which only disc and ring may be visible.
 inline constexpr double kQuietRadius = 3.75;
 
 enum class RejectReason {
@@ -39,15 +39,15 @@ enum class RejectReason {
 
 struct FoundTarget {
   std::optional<int> number;  ///< in the code book, from 1; absent for a plain disc
-  /// The disc's image. Its centre is not the image of the disc's centre where the view is oblique:
-  /// see eccentricity.h.
+  /// Image of the disc. In an oblique view its centre is not the image of the disc's centre: see
+  /// eccentricity.h.
   ImageEllipse disc;
   double sigma_column_px = 0;  ///< k = 1, from the pixels' own scatter about the model
   double sigma_row_px = 0;
   double contrast = 0;         ///< grey levels, disc less surroundings: negative for dark discs
   double noise = 0;            ///< scatter of the pixels about the model, grey levels
   double blur_px = 0;          ///< standard deviation of the edge's profile
-  double saturated_share = 0;  ///< of the samples, 0 … 1
+  double saturated_share = 0;  ///< share of samples, 0 … 1
 };
 
 struct RejectedTarget {
@@ -55,12 +55,12 @@ struct RejectedTarget {
   double column_px = 0;
   double row_px = 0;
   double radius_px = 0;
-  std::optional<int> number;  ///< where it was read
+  std::optional<int> number;  ///< if read
 };
 
 struct FoundTargets {
   std::vector<FoundTarget> targets;      ///< ascending by number, then from the top
-  std::vector<RejectedTarget> rejected;  ///< from the top
+  std::vector<RejectedTarget> rejected;  ///< top to bottom
 };
 
 }  // namespace trammel::part_alignment

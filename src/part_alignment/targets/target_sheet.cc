@@ -13,8 +13,8 @@
 namespace trammel::part_alignment {
 namespace {
 
-constexpr double kMargin_mm = 10;  ///< that printers leave white
-constexpr double kFoot_mm = 14;    ///< of the scale bar
+constexpr double kMargin_mm = 10;  ///< unprinted by printers
+constexpr double kFoot_mm = 14;    ///< scale bar's foot
 constexpr double kSpace_mm = 3;    ///< between squares, for crop marks
 constexpr int kMostTargets = 2000;
 
@@ -40,7 +40,7 @@ std::optional<std::string> FindRingProblem(const SheetRequest& r) {
   return std::nullopt;
 }
 
-/// What is to be printed, with numbers and words, but not where.
+/// Lists the targets to print, with numbers and words, but without positions.
 Result<std::vector<PlacedTarget>> RingTargets(const SheetRequest& request) {
   if (const auto problem = FindRingProblem(request)) return Fail(*problem);
   const CodeBook book = TRY(MakeCodeBook(request.bits));
@@ -59,7 +59,7 @@ Result<std::vector<PlacedTarget>> RingTargets(const SheetRequest& request) {
   return targets;
 }
 
-/// In rows from the upper left, page by page.
+/// Arranges the targets in rows from the upper left, page by page.
 Result<void> Place(TargetSheet& sheet) {
   const SheetRequest& request = sheet.request;
   const double pitch_x = sheet.square_mm + kSpace_mm;

@@ -1,4 +1,4 @@
-// Where targets stand on printed pages.
+// Layout of targets on printed pages.
 #pragma once
 
 #include <cstdint>
@@ -11,7 +11,7 @@ namespace trammel::part_alignment {
 
 struct SheetRequest {
   int bits = 14;                ///< 12, 14 or 20; see code_book.h
-  double radius_mm = 5;         ///< of the disc, 0.5 … 60
+  double radius_mm = 5;         ///< disc radius, 0.5 … 60
   int first = 1;                ///< number of the first target
   int count = 12;               ///< coded targets, 0 … 2000
   int plain = 0;                ///< plain discs of the same radius behind them, 0 … 2000
@@ -23,14 +23,14 @@ struct SheetRequest {
 struct PlacedTarget {
   int page = 0;            ///< from 0
   int number = 0;          ///< 0: a plain disc
-  std::uint32_t word = 0;  ///< of the ring
+  std::uint32_t word = 0;  ///< ring's code word
   double x_mm = 0;         ///< of the centre, from the page's left edge
-  double y_mm = 0;         ///< from its upper edge
+  double y_mm = 0;         ///< from the page's upper edge
 };
 
-/// A line of known length on every page, between two ticks.
+/// Line of known length on every page, between two ticks.
 struct PrintedScaleBar {
-  double x_mm = 0;  ///< of the first tick
+  double x_mm = 0;  ///< first tick
   double y_mm = 0;
   double length_mm = 0;
 };
@@ -38,16 +38,16 @@ struct PrintedScaleBar {
 struct TargetSheet {
   SheetRequest request;
   int pages = 0;
-  /// A target's square: cut along it and nothing that the finder needs is lost.
+  /// Side of a target's square, which contains all that the finder needs: cut along it.
   double square_mm = 0;
   double label_mm = 0;  ///< height of the number's letters below the square
   PrintedScaleBar scale_bar;
   std::vector<PlacedTarget> targets;
 };
 
-/// Rows of squares from the upper left, numbers below them, the scale bar at the foot.
-/// Errors (kInput): a number out of its range, numbers beyond the code book's, a page that does
-/// not hold one target; each names the field and the bound.
+/// Plans rows of squares from the upper left, numbers below them, the scale bar at the foot. Errors
+/// (kInput): a number out of its range, numbers beyond the code book's, a page too small for one
+/// target; each names the field and the bound.
 [[nodiscard]] Result<TargetSheet> PlanTargetSheet(const SheetRequest& request);
 
 }  // namespace trammel::part_alignment

@@ -4,7 +4,7 @@
 
 namespace trammel::part_alignment {
 
-/// Of the machine's coordinates, along its axes: its travel, a part, a clamp, the fixture.
+/// Box along the machine's axes, in its coordinates: its travel, a part, a clamp, the fixture.
 struct MachineBox {
   Eigen::Vector3d low_mm = Eigen::Vector3d::Zero();
   Eigen::Vector3d high_mm = Eigen::Vector3d::Zero();

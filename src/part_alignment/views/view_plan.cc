@@ -121,9 +121,9 @@ Result<void> Check(const Camera& camera, const std::vector<PartTarget>& targets,
   return valid ? CheckTargets(targets, pose) : valid;
 }
 
-/// What the choice works on: the part in its middle frame, the candidates that the machine allows.
+/// State of the choice: the part in its middle frame, and the candidates that the machine allows.
 struct Choosing {
-  PoseProblem problem;  ///< its observations: what the chosen views see
+  PoseProblem problem;  ///< observations of the chosen views
   Theta theta;
   Theta units;
   std::vector<Vector3d> targets_mm;
@@ -159,7 +159,8 @@ Choosing Prepare(const Camera& camera, const std::vector<PartTarget>& targets,
   choosing.theta = ToMiddleFrame(frame, ThetaOf(choosing.problem, pose, {}));
   const CandidateOptions candidate_options{options.working_distance_mm, options.field_share,
                                            options.sigma_px, options.orientations};
-  // Once for the units, which follow from what all candidates see, and once for what they tell.
+  // Once for the units, which follow from all candidates' observations, and once for the
+  // information.
   PoseProblem all = choosing.problem;
   for (const CandidateView& view :
        CandidateViews(all, choosing.theta, Theta::Ones(choosing.theta.size()), choosing.targets_mm,
@@ -184,7 +185,7 @@ Choosing Prepare(const Camera& camera, const std::vector<PartTarget>& targets,
   return choosing;
 }
 
-/// The unknown that takes the largest part in the weakest direction.
+/// Names the unknown with the largest part in the weakest direction.
 std::string WeakestName(const Choosing& choosing) {
   const Eigen::MatrixXd directions = geometry::DecomposeSymmetric(choosing.information).vectors;
   Eigen::Index largest = 0;
@@ -192,8 +193,8 @@ std::string WeakestName(const Choosing& choosing) {
   return UnknownNames(choosing.problem.unknowns)[static_cast<std::size_t>(largest)];
 }
 
-/// Index of the candidate that tells most; only those that see a target of which `wanted` is true.
-/// Candidates' count where there is none.
+/// Returns the index of the candidate with the most information, among those that see a target of
+/// which `wanted` is true. The number of candidates if there is none.
 std::size_t Best(const Choosing& choosing, const std::vector<bool>& wanted) {
   std::size_t best = choosing.candidates.size();
   double most = -std::numeric_limits<double>::infinity();
@@ -211,12 +212,12 @@ std::size_t Best(const Choosing& choosing, const std::vector<bool>& wanted) {
   return best;
 }
 
-/// Half of the 95 % interval in words.
+/// Describes half of the 95 % interval.
 std::string Known(double sigma_mm) {
   return sigma_mm < kUnseen_mm ? fmt::format("within {:.2g} mm", kNormal95 * sigma_mm) : "unknown";
 }
 
-/// Takes the candidate into the plan, with its reason.
+/// Adds the candidate to the plan, with its reason.
 void Take(std::size_t index, const std::string& purpose, const std::vector<PartTarget>& targets,
           double sigma_px, Choosing& choosing, ViewPlan& plan) {
   const CandidateView& view = choosing.candidates[index];
@@ -239,7 +240,7 @@ void Take(std::size_t index, const std::string& purpose, const std::vector<PartT
   plan.views.push_back(planned);
 }
 
-/// The views, greedily; returns what is short, empty if nothing.
+/// Selects the views greedily; returns the shortfall, empty if there is none.
 std::string Choose(const std::vector<PartTarget>& targets, const ViewPlanOptions& options,
                    Choosing& choosing, ViewPlan& plan) {
   const auto full = [&] { return static_cast<int>(plan.views.size()) >= options.most_views; };
@@ -282,7 +283,7 @@ std::string Choose(const std::vector<PartTarget>& targets, const ViewPlanOptions
   return {};
 }
 
-/// By short ways: each next the nearest not yet taken.
+/// Orders the views by short paths: the next is the nearest not yet taken.
 void Order(ViewPlan& plan) {
   for (std::size_t i = 1; i < plan.views.size(); ++i) {
     const Vector3d& here = plan.views[i - 1].spindle_mm;
@@ -295,8 +296,8 @@ void Order(ViewPlan& plan) {
   }
 }
 
-/// How far along the spindle's axis (towards the spindle) its point must be for the tool's end to
-/// pass everything; minus infinity without obstacles.
+/// Returns the spindle point's height along the spindle's axis at which the tool's end passes
+/// everything; minus infinity without obstacles.
 double SafeHeight(const ViewPlanOptions& options, double tool_length_mm, const Vector3d& axis) {
   double highest = -std::numeric_limits<double>::infinity();
   for (const MachineBox& obstacle : options.obstacles) {
@@ -307,8 +308,8 @@ double SafeHeight(const ViewPlanOptions& options, double tool_length_mm, const V
   return highest + tool_length_mm + options.clearance_mm;
 }
 
-/// Fills the plan's way through its views in their order; false and a reason where the safe plane
-/// lies outside the travel.
+/// Fills in the plan's way through its views in their order; false and a reason if the safe plane
+/// is outside the travel.
 bool FillWay(const ViewPlanOptions& options, double tool_length_mm, ViewPlan& plan) {
   const Vector3d axis = plan.views.front().spindle_rotation.col(2);
   double height = SafeHeight(options, tool_length_mm, axis);

@@ -97,8 +97,8 @@ Result<AnalysisRun> AnalyseRecording(const std::filesystem::path& folder) {
 
 namespace {
 
-// A photo shows where the speed changes: nearer the truth than the plan's fractions, because part
-// of each line lies under the frame.
+// A photo shows the positions of the speed changes: nearer the truth than the plan's fractions,
+// because part of each line is under the frame.
 LineMotion MotionSeen(const PhotoPlan& plan, const pressure_advance::PhotoMeasurement& seen,
                       std::vector<std::string>& notices) {
   LineMotion motion;
@@ -160,12 +160,12 @@ using pressure_advance::Analysis;
 
 constexpr std::size_t kDateLength = 10;  // of ISO 8601: 2026-11-28
 
-/// The recording or photo.
+/// Returns the recording or photo.
 const std::string& SourceOf(const ResultFile& result) {
   return result.outcome.provenance.sources.front();
 }
 
-/// What was measured, for people: filament, nozzle, printer, date.
+/// Lists the subject for users: filament, nozzle, printer, date.
 std::vector<std::pair<std::string, std::string>> FactsOf(const ResultFile& result) {
   std::vector<std::pair<std::string, std::string>> facts;
   for (const measurement::SubjectText& text : measurement::SubjectTexts()) {
@@ -222,8 +222,8 @@ report::AnswerHead HeadOf(const Analysis& analysis, const ResultFile& result) {
   return head;
 }
 
-// The answer above the photo, or above the first figure, as they are drawn for a phone: the same
-// picture is to be read on small and large screens.
+// Draws the answer above the photo, or above the first figure, in the phone's layout, so that the
+// same picture is legible on small and large screens.
 std::string AnswerPng(const report::AnswerHead& head, const std::vector<report::Figure>& figures) {
   constexpr double kScale = 3;
   const report::Canvas answer = DrawAnswerHead(head, report::kNarrowWidthPx);
@@ -244,9 +244,9 @@ Result<void> WriteResult(const ResultFile& result, const AnalysisOutput& output)
   return WriteOutputs({OutputOf(output.files.result, result)}, output.files.force);
 }
 
-/// What became of the files beside the answer.
+/// Files written beside the answer.
 struct Written {
-  std::string report;           ///< its path; empty where there is none
+  std::string report;           ///< path; empty if none
   std::optional<Error> failed;  ///< the first file that could not be written
 };
 
@@ -272,7 +272,7 @@ Written WriteFiles(const AnalysisRun& run, const ResultFile& result, const Analy
   return written;
 }
 
-// By the firmware that printed the lines, or by each where that is not known.
+// Prints the commands of the firmware that printed the lines, or of each if unknown.
 void SayHowToUse(const std::optional<gcode::PrintedBy>& printed_by, const std::string& value_s) {
   const auto say = [&](gcode::Dialect dialect, int drive, const char* begin, const char* end) {
     for (const std::string& line : PressureAdvanceCommands(dialect, value_s, {{}, drive})) {
@@ -333,7 +333,7 @@ Result<void> KeepAnalysis(const AnalysisRun& run, const ResultFile& result,
 }
 
 int WriteAnalysis(const AnalysisRun& run, const ResultFile& result, const AnalysisOutput& output) {
-  // The answer is printed whatever became of the files: it must not get lost for a full disk.
+  // Prints the answer even if files failed: a full disk must not lose it.
   const Written written = WriteFiles(run, result, output);
   if (output.json) {
     std::optional<std::string> report_path;

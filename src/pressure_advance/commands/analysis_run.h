@@ -1,4 +1,4 @@
-// From a path on the command line to a finished analysis: a recording's folder or a photo.
+// Analysis of a path from the command line: a recording's folder or a photo.
 #pragma once
 
 #include <filesystem>
@@ -19,53 +19,52 @@ namespace trammel::app {
 
 using report::AnalysisRun;
 
-/// Puts a busy computer before what its lost and late frames led to: in the reason of each line
-/// that was not used, and in the answer's, where half of these lines suffered from it.
+/// Adds a busy computer as the cause of lost and late frames: to the reason of each unused line,
+/// and to the answer's, if half of these lines were affected.
 /// @param analysis  of the scan's lines, in their order.
 void BlameBusyComputer(const pressure_advance::Scan& scan, pressure_advance::Analysis& analysis);
 
-/// Analyses a recorded laser scan. A recording that does not hold what its scan.json promises (a
-/// missing, empty or broken video) gives a refused analysis; a scan.json that cannot be used gives
-/// an error.
+/// Analyses a recorded laser scan. If the recording lacks data that its scan.json promises (a
+/// missing, empty or broken video), the analysis is refused; an unusable scan.json is an error.
 [[nodiscard]] Result<AnalysisRun> AnalyseRecording(const std::filesystem::path& folder);
 
-/// What a photo cannot tell of itself.
+/// Facts that a photo does not show.
 struct PhotoPlan {
-  std::vector<double> pressure_advance_s;            ///< of the lines, from the first one's side on
+  std::vector<double> pressure_advance_s;            ///< per line, from the first line's side
   std::optional<pressure_advance::PhotoSide> from;   ///< absent: found
-  std::optional<pressure_advance::PhotoSide> start;  ///< where printing began; absent: found
+  std::optional<pressure_advance::PhotoSide> start;  ///< printed start; absent: detected
   bool corner_mark = false;                          ///< PhotoOptions::corner_mark
   std::optional<gcode::PrintedBy> printed_by = {};   ///< absent: not known
   std::vector<pressure_advance::Segment> segments = pressure_advance::PhotoSegments();
 };
 
 /// Analyses a photo of a printed pattern (JPEG, PNG, WebP or HEIC). A photo in which the pattern
-/// cannot be measured gives a refused analysis; a file that is no picture gives an error.
+/// cannot be measured gives a refused analysis; a file that is no picture is an error.
 [[nodiscard]] Result<AnalysisRun> AnalysePhoto(const std::filesystem::path& file,
                                                const PhotoPlan& plan);
 
-// What a finished analysis says on the terminal and leaves on disk.
+// Output of a finished analysis on the terminal and on disk.
 
-/// In a recording's folder: the figure that shows the answer.
+/// Figure with the answer, in a recording's folder.
 inline constexpr const char* kResultPicture = "answer.png";
 
 struct AnalysisOutput {
   bool json = false;               ///< one JSON object instead of text
-  bool keep_in_recording = false;  ///< in the source, which is a recording's folder
+  bool keep_in_recording = false;  ///< in the source, a recording's folder
   ReportFiles files;
 };
 
-/// Everything that an analysis leaves in its recording's folder: result, report and picture.
+/// Returns all output files of an analysis in its recording's folder: result, report and picture.
 [[nodiscard]] AnalysisOutput KeptIn(const std::filesystem::path& recording, bool json);
 
-/// Prints the answer on standard output, as text.
+/// Prints the answer as text on standard output.
 void SayAnswer(const pressure_advance::Analysis& analysis);
 
-/// Writes the files and says nothing. Errors: the first that could not be written.
+/// Writes the files without printing. Errors: the first that could not be written.
 [[nodiscard]] Result<void> KeepAnalysis(const AnalysisRun& run, const ResultFile& result,
                                         const AnalysisOutput& output);
 
-/// Writes the files, and says where; with `json` the answer, too.
+/// Writes the files and prints their paths; with `json` the answer, too.
 /// @returns the exit code: that of the verdict, or of a file that could not be written.
 int WriteAnalysis(const AnalysisRun& run, const ResultFile& result, const AnalysisOutput& output);
 

@@ -1,5 +1,5 @@
-// trammel pa analyze: a recorded laser scan or a photo in, pressure advance with its uncertainty
-// out.
+// trammel pa analyze: computes pressure advance with its uncertainty from a recorded laser scan or
+// a photo.
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
@@ -54,7 +54,7 @@ Result<void> CheckDuplicates(const std::string& source, std::vector<double> valu
                           source, *twice));
 }
 
-// The sides of the photo at which the first line lies, and the lines' starts.
+// Sides of the photo at the first line, and at the lines' starts.
 struct Sides {
   std::optional<PhotoSide> from;
   std::optional<PhotoSide> start;
@@ -71,7 +71,7 @@ Result<Sides> SidesOf(const AnalyzeArguments& arguments) {
   return sides;
 }
 
-// Values and segments from --plan, or from --pa and --segments, else from the plan that is found.
+// Returns values and segments from --plan, or from --pa and --segments, else from the plan found.
 Result<FoundPlan> LinesOf(const AnalyzeArguments& arguments) {
   if (arguments.plan.empty() && arguments.pa.empty()) return FindPlanOf(arguments.path);
   if (!arguments.plan.empty()) {
@@ -143,7 +143,7 @@ bool IsOfKlipper(const pressure_advance::Analysis& analysis) {
   return analysis.printed_by && analysis.printed_by->dialect == gcode::Dialect::kKlipper;
 }
 
-// What pa apply takes: what keeps the answer, or the value.
+// Returns pa apply's argument: a file with the answer, or the value.
 std::string ToApply(const AnalyzeArguments& arguments, double value_s) {
   std::error_code ignored;
   if (!arguments.output.files.result.empty()) return ShellQuoted(arguments.output.files.result);

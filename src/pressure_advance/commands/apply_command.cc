@@ -44,7 +44,7 @@ struct ApplyArguments {
   bool dry_run = false;
 };
 
-/// The recording that a kept result is of: the folder that it lies in, or the one that it names.
+/// Returns the recording of a stored result: the folder that contains it, or the one that it names.
 fs::path RecordingOf(const fs::path& path, const measurement::Outcome& outcome) {
   std::error_code ignored;
   if (fs::is_directory(path, ignored)) return path;
@@ -64,7 +64,7 @@ Result<ChosenValue> Kept(const fs::path& path) {
   return kept;
 }
 
-/// A file of the recording that was written after its result.
+/// Returns a file of the recording that is newer than its result.
 std::optional<fs::path> ChangedSince(const fs::path& result, const fs::path& folder) {
   std::error_code ignored;
   const auto kept = fs::last_write_time(result, ignored);
@@ -131,7 +131,7 @@ procedure::ApplyOptions OptionsOf(const ApplyArguments& arguments, const files::
 
 constexpr auto kInstrument = measurement::Instrument::kPressureAdvance;
 
-// Whether what the last application set is still in force: else somebody set another value since.
+// Checks that the last application's value is still in force: else somebody set another since.
 Result<void> CheckInForce(const Undoing& undoing, std::optional<double> now_s, bool force) {
   constexpr double kRounding_s = 0.0001;  // four decimals are sent
   if (force || !undoing.value || !now_s) return {};
@@ -151,7 +151,7 @@ Result<void> CheckInForce(const Undoing& undoing, std::optional<double> now_s, b
 constexpr double kAsk_s = 10;
 constexpr const char* kWho = "trammel pa apply";
 
-// The printer for ourselves, unless nothing is set.
+// Locks the printer, unless nothing is set.
 Result<std::optional<files::FileLock>> TakeTurnFor(const ApplyArguments& arguments,
                                                    const procedure::Session& session,
                                                    const files::Config& config) {
@@ -161,7 +161,7 @@ Result<std::optional<files::FileLock>> TakeTurnFor(const ApplyArguments& argumen
   return std::optional(std::move(turn));
 }
 
-// Says what a run left open that died while it set a value.
+// Reports the open state of a run that died while it set a value.
 Result<void> Settle(const ApplyArguments& arguments, const procedure::Session& session,
                     const std::string& address, std::optional<double> now_s) {
   const auto left = TRY(SettleUnfinished(kInstrument, address, now_s, !arguments.dry_run));
@@ -169,7 +169,7 @@ Result<void> Settle(const ApplyArguments& arguments, const procedure::Session& s
   return {};
 }
 
-// After a failure between the note and the printer's answer.
+// Resolves the state after a failure between the record and the printer's answer.
 void SettleFailure(const ApplyArguments& arguments, const procedure::Session& session,
                    const std::string& address) {
   if (arguments.dry_run) return;
@@ -179,7 +179,7 @@ void SettleFailure(const ApplyArguments& arguments, const procedure::Session& se
   if (left && !left->empty()) session.Say(*left);
 }
 
-// What was in force before, of each motor where there are several.
+// Formats the value before, or each motor's if there are several.
 std::string BeforeText(const Undoing& undoing) {
   if (undoing.before_each.empty()) return fmt::format("{:.4f} s", undoing.before);
   std::vector<std::string> each;
@@ -221,7 +221,7 @@ Result<int> RunUndo(const ApplyArguments& arguments) {
   return kExitGood;
 }
 
-// What Spoolman has, and what it gets.
+// Prints the value in Spoolman and its new value.
 void PrintSpoolPlace(const procedure::SpoolPlace& place, double value_s) {
   fmt::print("Spoolman          filament {} ({}) pressure_advance {} -> {:.4f}\n",
              place.filament_id, place.filament,
@@ -237,7 +237,7 @@ void PrintSpoolPlace(const procedure::SpoolPlace& place, double value_s) {
   }
 }
 
-// Whether a result may be kept for a filament.
+// Checks that a result may be stored for a filament.
 Result<void> CheckSameFilament(const measurement::Subject& subject, const std::string& filament,
                                bool force) {
   if (force || MayBeSameFilament(subject.filament, filament)) return {};
@@ -247,7 +247,7 @@ Result<void> CheckSameFilament(const measurement::Subject& subject, const std::s
                   subject.filament, filament));
 }
 
-// Whether a result may be kept on the spool that is on the printer.
+// Checks that a result may be stored on the printer's spool.
 Result<void> CheckSameSpool(const measurement::Subject& subject, int spool_id, bool force) {
   if (force || subject.spool.empty() || subject.spool == std::to_string(spool_id)) return {};
   return Fail(
@@ -256,7 +256,7 @@ Result<void> CheckSameSpool(const measurement::Subject& subject, int spool_id, b
                   subject.spool, spool_id));
 }
 
-// Whether a result may be set on the toolhead that is active: Klipper sets it there.
+// Checks that a result may be set on the active toolhead: Klipper sets it there.
 Result<void> CheckSameToolhead(const measurement::Subject& subject,
                                const procedure::Session& session, bool force) {
   constexpr double kAsk_s = 10;
@@ -269,14 +269,14 @@ Result<void> CheckSameToolhead(const measurement::Subject& subject,
                   subject.toolhead, state.active_extruder));
 }
 
-// Where Spoolman keeps a value, or why it does not; neither where nobody asked for it.
+// Place of a value in Spoolman, or the reason why there is none; neither if nobody requested it.
 struct SpoolChoice {
   std::optional<procedure::SpoolPlace> place = {};
   std::string why_not = {};
 };
 
-// Where Spoolman keeps the value. What the settings ask for in general (`always`) does not keep a
-// value from the printer; what was asked for this one does.
+// Finds the value's place in Spoolman. Failure of the settings' general request (`always`) does not
+// stop setting the printer; failure of this value's own does.
 Result<SpoolChoice> SpoolFor(const ApplyArguments& arguments, bool always,
                              const procedure::Session& session,
                              const measurement::Subject& subject) {
@@ -292,7 +292,7 @@ Result<SpoolChoice> SpoolFor(const ApplyArguments& arguments, bool always,
   return SpoolChoice{{}, place.error().message};
 }
 
-// Where the result was found under other conditions than it is set for.
+// Prints the conditions of the result that differ from those it is set for.
 void PrintOtherSubject(const measurement::Subject& subject, const files::Config& config) {
   const std::string printer = procedure::PrinterName(config.scan.address);
   if (!subject.printer.empty() && procedure::PrinterName(subject.printer) != printer) {
@@ -307,7 +307,7 @@ void PrintOtherSubject(const measurement::Subject& subject, const files::Config&
   }
 }
 
-// Keeps a new analysis in its recording.
+// Stores a new analysis in its recording.
 Result<void> KeepResult(const ChosenValue& value) {
   if (!value.found_now) return {};
   auto kept = KeepInRecording(value.folder, *value.found_now);
@@ -319,12 +319,12 @@ Result<void> KeepResult(const ChosenValue& value) {
 
 std::string FirstLine(const std::string& text) { return text.substr(0, text.find('\n')); }
 
-// Says it with the answer, which people beside the printer read: the first line is for them.
+// Prints the reason with the answer, for people beside the printer: they get only the first line.
 void PrintNotInSpoolman(const std::string& why) {
   fmt::print("not kept          in Spoolman: {}\n", FirstLine(why));
 }
 
-// Whatever a value is kept for beyond the printer's next restart.
+// Stores the value beyond the printer's next restart, where requested.
 int KeepBeyond(const ApplyArguments& arguments, const procedure::Session& session,
                const SpoolChoice& spool, double value_s) {
   int code = kExitGood;
@@ -345,7 +345,7 @@ int KeepBeyond(const ApplyArguments& arguments, const procedure::Session& sessio
     fmt::print("kept in           Spoolman: read back\n");
     return code;
   }
-  // Of the two values one may be kept: the message names them.
+  // One of the two values may be stored: the message names them.
   fmt::print("in Spoolman       {}\n", FirstLine(kept.error().message));
   return arguments.spoolman ? PrintError(kept.error()) : code;
 }

@@ -1,4 +1,4 @@
-// trammel pa calibrate, and its halves trammel pa print and trammel pa scan.
+// trammel pa calibrate, and its parts trammel pa print and trammel pa scan.
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
@@ -42,7 +42,7 @@ constexpr const char* kNamedMaterial =
 struct CalibrateArguments {
   PrinterOptions printer;
   std::string out;
-  std::string plan;  // of pa scan
+  std::string plan;  // plan for pa scan
   std::string filament;
   std::optional<int> only;
   AskedPlate plate;
@@ -54,7 +54,7 @@ struct CalibrateArguments {
   bool keep_full = false;
 };
 
-// The plan that a command names.
+// Returns the plan given to a command.
 Result<pressure_advance::PatternPlan> NamedPlan(const std::string& file) {
   auto plan = ReadPatternPlan(file);
   if (!plan) {
@@ -63,11 +63,11 @@ Result<pressure_advance::PatternPlan> NamedPlan(const std::string& file) {
                             plan.error().message),
                 plan.error().kind);
   }
-  plan->gcode = "pattern.gcode";  // its copy in the recording
+  plan->gcode = "pattern.gcode";  // copy in the recording
   return plan;
 }
 
-// The plan of what lies on the bed, where nobody named it.
+// Finds the plan of the pattern on the bed, if none is given.
 Result<pressure_advance::PatternPlan> PlanOnBed(const std::string& address) {
   auto lying = TRY(FindLyingPattern(address));
   const auto& lines = lying.plan.lines;
@@ -81,7 +81,7 @@ Result<pressure_advance::PatternPlan> PlanOnBed(const std::string& address) {
   return std::move(lying.plan);
 }
 
-// Whether another spool came onto the printer meanwhile, in words; empty where not.
+// Describes a change of the printer's spool meanwhile; empty if there is none.
 std::string SpoolChange(const machine::Spool& before, const std::optional<machine::Spool>& now) {
   if (now && now->id == before.id) return "";
   return fmt::format(
@@ -90,7 +90,7 @@ std::string SpoolChange(const machine::Spool& before, const std::optional<machin
       before.id, before.filament, now ? fmt::format("{} ({})", now->id, now->filament) : "none");
 }
 
-// Reports, and applies where asked to.
+// Reports the result, and applies it if requested.
 Result<int> Conclude(const CalibrateArguments& arguments, const procedure::Session& session,
                      const files::Config& config, const fs::path& folder,
                      const std::optional<machine::Spool>& spool_before) {
@@ -137,7 +137,7 @@ Result<int> Conclude(const CalibrateArguments& arguments, const procedure::Sessi
 
 struct Ran {
   fs::path folder;
-  double bed_c = 0;  // at which the bed is kept
+  double bed_c = 0;  // bed temperature
 };
 
 Result<Ran> Run(const CalibrateArguments& arguments, const procedure::Session& session,
@@ -151,7 +151,7 @@ Result<Ran> Run(const CalibrateArguments& arguments, const procedure::Session& s
   }
   const CalibrationRun run = CalibrateInto(session, request);
   if (run.done) return Ran{folder.path(), run.bed_c};
-  // The printer is not as it was; what was recorded gives an answer all the same.
+  // The printer was not restored; the recording is analysed all the same.
   if (run.recorded && request.scan && !arguments.json) {
     const auto analysed = AnalyseRecording(folder.path());
     if (analysed) SayAnswer(analysed->analysis);
@@ -159,7 +159,8 @@ Result<Ran> Run(const CalibrateArguments& arguments, const procedure::Session& s
   return tl::unexpected(run.done.error());
 }
 
-// The settings, heated as the filament's name says unless the command line names a material.
+// Returns the settings, with the temperatures of the filament's name unless the command line names
+// a material.
 Result<files::Config> HeatedSettings(const CalibrateArguments& arguments) {
   auto config = LoadSettings(arguments.printer);
   if (!config || config->options.contains("filament.material")) return config;
@@ -170,7 +171,7 @@ Result<files::Config> HeatedSettings(const CalibrateArguments& arguments) {
                          "name --material, or --set nozzle_temperature=…", arguments.printer);
 }
 
-// The settings, with the pattern for a photo below what the command line sets.
+// Returns the settings, with the pattern for a photo, which the command line overrides.
 Result<files::Config> ConfigOf(const CalibrateArguments& arguments) {
   auto config = HeatedSettings(arguments);
   if (!config || !arguments.plate.photo) return config;

@@ -104,7 +104,7 @@ Result<void> PrintDryRun(pressure_advance::PatternConfig pattern,
     fmt::print("; --- print ---\n{}", WriteGcode(LayOut(pattern), pattern));
     return {};
   }
-  pattern.finish = pressure_advance::Finish::kIdle;  // as it is printed: the scan follows
+  pattern.finish = pressure_advance::Finish::kIdle;  // as printed: the scan follows
   const procedure::Reach bed = BedOf(pattern);
   if (shown.print && shown.scan) pattern = procedure::ParkedForScan(pattern, settings, bed);
   const auto layout = LayOut(pattern);
@@ -163,7 +163,7 @@ bool SameLines(const PhotoPlan& a, const PhotoPlan& b) {
                     same);
 }
 
-/// The plan that all that can be read agree on; nothing where there is none at all.
+/// Returns the plan on which all readable ones agree; absent if there is none.
 Result<std::optional<FoundPlan>> OnlyOne(const std::string& photo, const std::string& where,
                                          std::vector<NamedPlan> plans) {
   std::optional<Error> unreadable;
@@ -211,7 +211,7 @@ Result<std::optional<FoundPlan>> PlanBeside(const fs::path& photo) {
   return OnlyOne(photo.filename().string(), "beside the photo", std::move(plans));
 }
 
-/// When a file was stored, by this computer's clock.
+/// Returns a file's time of storage, by this computer's clock.
 std::string StoredUtc(const fs::path& path) {
   struct stat found {};
   return ::stat(path.c_str(), &found) == 0 ? UtcOf(static_cast<double>(found.st_mtim.tv_sec)) : "";

@@ -87,7 +87,7 @@ Result<void> CheckSpeeds(const AskedConditions& asked, const std::vector<double>
   return {};
 }
 
-// What a pattern gave.
+// Result of a pattern.
 struct Row {
   PatternConditions at;
   fs::path folder;
@@ -258,7 +258,7 @@ struct Calibration {
   std::string fingerprint;
 };
 
-/// The answer of a recording, with the flows and the acceleration of its plan.
+/// Returns the answer of a recording, with the flows and the acceleration of its plan.
 Result<Calibration> CalibrationOf(const fs::path& folder) {
   const auto answer = KeptPressureAdvance(folder);
   if (!answer) return tl::unexpected(answer.error());
@@ -282,7 +282,7 @@ Result<Calibration> CalibrationOf(const fs::path& folder) {
   return Calibration{point, answer->result->subject, files::Fingerprint(*answer->result)};
 }
 
-/// Whether both may be rows of one table, as far as they tell.
+/// Checks that both may be rows of one table, as far as known.
 Result<void> CheckSameSubject(const measurement::Subject& first, const measurement::Subject& other,
                               const std::string& folder) {
   const auto differ = [](const std::string& a, const std::string& b) {
@@ -311,7 +311,7 @@ Result<void> CheckSameSubject(const measurement::Subject& first, const measureme
   return {};
 }
 
-/// Takes over what is not known yet.
+/// Adopts the texts that are still missing.
 void Complete(measurement::Subject& subject, const measurement::Subject& other) {
   for (const auto& [key, words, text] : measurement::SubjectTexts()) {
     if ((subject.*text).empty()) subject.*text = other.*text;
@@ -326,7 +326,7 @@ std::string TrendText(const FlowTrend& trend, const std::string& unit) {
                      trend.significant ? "" : ", which is no change that could be seen");
 }
 
-// Kalico's word.
+// Returns Kalico's name of the model.
 const char* ModelOf(AdvanceForm form) { return form == AdvanceForm::kTanh ? "tanh" : "recipr"; }
 
 Json LawJson(const std::optional<AdvanceLaw>& law) {

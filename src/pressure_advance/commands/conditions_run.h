@@ -1,5 +1,5 @@
-// One plate with a pattern for each fast speed and acceleration: what trammel pa table says of
-// them, in one heating.
+// One plate with a pattern for each fast speed and acceleration: the conditions that trammel pa
+// table lists, in one heating.
 #pragma once
 
 #include <nlohmann/json.hpp>
@@ -17,52 +17,53 @@
 
 namespace trammel::app {
 
-/// What the command line asks for. Empty lists: the settings' own.
+/// Conditions from the command line. Empty lists: the settings' own.
 struct AskedConditions {
   std::vector<double> speeds_mm_s;
   std::vector<double> accelerations_mm_s2;
-  std::optional<double> max_flow_mm3_s;  ///< that the hot end melts
+  std::optional<double> max_flow_mm3_s;  ///< limit of the hot end
 
   [[nodiscard]] bool any() const { return !speeds_mm_s.empty() || !accelerations_mm_s2.empty(); }
 };
 
-/// Each speed with each acceleration, in the order of accelerations. Errors (kInput): fewer than 2
-/// combinations or more than a plate may have; one named twice; a speed that is not above the slow
-/// ones; numbers that are none; kSafety where more flow is asked for than the hot end melts.
+/// Combines each speed with each acceleration, in the order of accelerations. Errors (kInput):
+/// fewer than 2 combinations or more than a plate may have; a duplicate; a speed that is not above
+/// the slow ones; invalid numbers; kSafety if more flow is requested than the hot end melts.
 [[nodiscard]] Result<std::vector<pressure_advance::PatternConditions>> CombineConditions(
     const AskedConditions& asked, const pressure_advance::PatternConfig& pattern);
 
-/// Lays a pattern for each of the conditions on the plate. Errors: those of PatternsBeside and
+/// Arranges a pattern for each of the conditions on the plate. Errors: those of PatternsBeside and
 /// Validate; those of PlanSweeps for a single pattern.
 [[nodiscard]] Result<pressure_advance::PatternConfig> LayConditions(
     const std::vector<pressure_advance::PatternConditions>& conditions, const files::Config& config,
     const procedure::Reach& reach);
 
 struct ConditionsRun {
-  files::Config config;  ///< its pattern as LayConditions() lays it
+  files::Config config;  ///< pattern laid out by LayConditions()
   std::string out;       ///< new folder for all of them; empty: as NewFolder
   std::string filament;
   bool json = false;
   bool keep_full = false;
 };
 
-/// Prints all patterns, scans each into a recording of its own, says what each gives and the table
-/// of them. @returns the exit code: good where every pattern gives an answer.
+/// Prints all patterns, scans each into its own recording, and prints each result and a table of
+/// them. @returns the exit code: good if every pattern yields an answer.
 [[nodiscard]] Result<int> RunConditions(const ConditionsRun& run,
                                         const procedure::Session& session);
 
-// Pressure advance over flow and acceleration, from the recordings of several calibrations.
+// Table of pressure advance over flow and acceleration, from the recordings of several
+// calibrations.
 
-/// The table of what recordings keep as their answers, by the flows and accelerations of their
-/// plans. Errors: a folder without either, or without a good answer; one named twice; another
-/// filament, nozzle or printer than the others'.
+/// Returns the table of the recordings' stored answers, by the flows and accelerations of their
+/// plans. Errors: a folder without either, or without a good answer; a duplicate; a filament,
+/// nozzle or printer other than the others'.
 [[nodiscard]] Result<pressure_advance::FlowTable> TableOf(
     const std::vector<std::string>& recordings);
 
-/// As `pa table --json` has it (docs/reference/formats.md).
+/// Returns the JSON of `pa table --json` (docs/reference/formats.md).
 [[nodiscard]] nlohmann::ordered_json TableJson(const pressure_advance::FlowTable& table);
 
-/// As text on standard output.
+/// Prints the table as text.
 /// @param filament_diameter_mm  > 0; firmware counts flow in mm of filament
 void PrintTable(const pressure_advance::FlowTable& table, double filament_diameter_mm);
 

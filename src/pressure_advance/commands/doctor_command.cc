@@ -1,4 +1,4 @@
-// trammel doctor: checks the whole set-up and says what to fix.
+// trammel doctor: checks the whole set-up and lists faults with remedies.
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
@@ -36,7 +36,7 @@ using procedure::Check;
 using procedure::NameStop;
 using procedure::NotMade;
 
-// The laser is off again whatever happened.
+// The laser is always switched off afterwards.
 std::vector<Check> SeeLaser(const procedure::Session& session, procedure::FrameRecorder& recorder,
                             const settings::ScanSettings& settings) {
   constexpr double kCommand_s = 30;
@@ -80,7 +80,7 @@ std::vector<Check> CheckCamera(const procedure::Session& session,
   return {};
 }
 
-// What a run that died has left is the next run's affair; here it is only told.
+// Reports the remains of a crashed run; the next run clears them.
 Check CheckEarlierRuns(const procedure::Session& session, const std::string& address) {
   const auto folder = files::StateFolder();
   if (!folder) return {"earlier runs", false, folder.error().message};
@@ -89,7 +89,7 @@ Check CheckEarlierRuns(const procedure::Session& session, const std::string& add
   return {"earlier runs", left.empty(), left.empty() ? "none left anything" : left, true};
 }
 
-// What an apply that died left open is the next one's affair, too.
+// Reports an unfinished apply; the next apply settles it, too.
 Check CheckLastApply(const procedure::Session& session, const std::string& address) {
   const auto left =
       SettleUnfinished(measurement::Instrument::kPressureAdvance, address,
@@ -98,7 +98,7 @@ Check CheckLastApply(const procedure::Session& session, const std::string& addre
   return {"last apply", left->empty(), left->empty() ? "noted to its end" : *left, true};
 }
 
-// Of the settings only what their file says itself: a key of the environment is no fault of it.
+// Checks only secrets in the settings' file: a key from the environment is no fault of it.
 std::vector<Check> CheckSecrets(const PrinterOptions& options, const settings::ScanSettings& used) {
   const auto text = FindConfig(options.config);
   if (!text) return {};
@@ -108,8 +108,8 @@ std::vector<Check> CheckSecrets(const PrinterOptions& options, const settings::S
       FilesWithSecrets(text->file, in_file->scan, used.api_key_file, options.camera));
 }
 
-// A printer with neither laser nor camera is calibrated from a phone's photo: what a scan needs is
-// advice then, unless a setting or an option asks for it.
+// A printer with neither laser nor camera is calibrated from a phone's photo: the requirements of a
+// scan are advice then, unless a setting or an option requests it.
 void AdviseOnScan(const files::Config& config, const DoctorOptions& options,
                   std::vector<Check>& checks) {
   const auto of_a_scan = [](const Check& check) {

@@ -19,7 +19,7 @@ namespace trammel::app {
 namespace {
 
 constexpr std::string_view kQuantity = "pressure_advance";
-constexpr double kMost_s = 10;  // as pa apply takes it
+constexpr double kMost_s = 10;  // limit of pa apply
 
 }  // namespace
 

@@ -1,4 +1,4 @@
-// The answer of an analysis as result.json, and what it comes to when it is applied.
+// Answer of an analysis as result.json, and the value set when it is applied.
 #pragma once
 
 #include <filesystem>
@@ -19,53 +19,52 @@
 
 namespace trammel::app {
 
-/// The analysis of a recording or photo as a result of this program, now.
+/// Returns the analysis of a recording or photo as a result of this program, now.
 [[nodiscard]] ResultFile ResultOf(const pressure_advance::Analysis& analysis, std::string source);
 
-/// What was measured in a recording's folder, by the result that it keeps; empty where it keeps
-/// none.
+/// Returns the subject in the result of a recording's folder; empty if it has no result.
 [[nodiscard]] measurement::Subject SubjectIn(const std::filesystem::path& folder);
 
-/// A value to be set, and what it was measured as where it comes from a result.
+/// Value to set, with its measurement if it comes from a result.
 struct ChosenValue {
   double value_s = 0;
   std::optional<Quantity> measured = {};
-  std::optional<measurement::Outcome> result = {};  ///< that it stands in
-  std::filesystem::path folder = {};                ///< of the recording; empty: of none
-  std::optional<ResultFile> found_now = {};         ///< by an analysis that nothing keeps yet
+  std::optional<measurement::Outcome> result = {};  ///< that contains the value
+  std::filesystem::path folder = {};                ///< recording's; empty: none
+  std::optional<ResultFile> found_now = {};         ///< from an analysis not yet stored
 };
 
-/// The pressure advance of a kept result, a file or a folder's. Errors: those of
-/// files::ReadOutcome; it holds none, or one beyond what a printer takes; kMeasurement where the
+/// Reads the pressure advance of a stored result, a file or a folder's. Errors: those of
+/// files::ReadOutcome; it contains none, or one beyond a printer's range; kMeasurement if the
 /// verdict is not good.
 [[nodiscard]] Result<ChosenValue> KeptPressureAdvance(const std::filesystem::path& path);
 
-// What a result is listed under.
+// Filament names of results.
 
-/// Whether two names can be of one filament: one of them has to hold the other, as "PETG Jet" and
-/// "Prusament PETG-Jet" do. An empty one, and one that no key can be made of, can be any.
+/// True if two names can be of one filament: one of them must contain the other, as "PETG Jet" and
+/// "Prusament PETG-Jet" do. A name that is empty or yields no key matches any.
 [[nodiscard]] bool MayBeSameFilament(const std::string& a, const std::string& b);
 
-/// Checks the name that --filament gives; an empty one is none. Errors: those of FilamentKey, with
-/// the option's name.
+/// Checks the name given by --filament; an empty name counts as none. Errors: those of FilamentKey,
+/// with the option's name.
 [[nodiscard]] Result<void> CheckFilamentOption(const std::string& name);
 
-/// The spool on the printer; none, too, where Spoolman does not tell.
-/// @param wanted  standard error is told why it does not
+/// Returns the spool on the printer; absent also if Spoolman does not answer.
+/// @param wanted  prints the cause on standard error
 [[nodiscard]] std::optional<machine::Spool> SpoolNow(const procedure::Session& session,
                                                      bool wanted);
 
-/// The subject of what is measured on a printer: as told, or as the printer and Spoolman have it.
-/// What cannot be asked is left empty.
+/// Returns the subject of a measurement on a printer: as given, or as stored by the printer and
+/// Spoolman. Unavailable fields are empty.
 /// @param filament  empty: that of the spool
 [[nodiscard]] measurement::Subject SubjectOf(const std::string& filament,
                                              const procedure::Session& session,
                                              const files::Config& config,
                                              const std::optional<machine::Spool>& spool);
 
-// How long a calibration keeps the machine, part by part, before anything moves.
+// Machine time of a calibration, part by part, before anything moves.
 
-/// All without heating, cooling, homing and what commands take on their way.
+/// Times without heating, cooling, homing and the latency of commands.
 struct MachineTime {
   pressure_advance::PatternTime print;
   std::optional<procedure::ScanTime> scan;  ///< absent where the head cannot reach the lines
@@ -73,14 +72,14 @@ struct MachineTime {
   [[nodiscard]] double total_s() const { return print.total_s() + (scan ? scan->total_s() : 0); }
 };
 
-/// What the head reaches on the bed of the settings.
+/// Returns the reach of the head on the bed of the settings.
 [[nodiscard]] procedure::Reach BedOf(const pressure_advance::PatternConfig& pattern);
 
-/// Of a pattern that is scanned right after it was printed. REQUIRES a valid pattern.
+/// Computes the time of a pattern that is scanned right after printing. REQUIRES a valid pattern.
 [[nodiscard]] MachineTime MachineTimeOf(const pressure_advance::PatternConfig& pattern,
                                         const settings::ScanSettings& settings);
 
-/// One line each: "57 s: lines 32.2, frame 9.1, ..."
+/// Describes the time in one line: "57 s: lines 32.2, frame 9.1, ..."
 [[nodiscard]] std::string Describe(const pressure_advance::PatternTime& time);
 [[nodiscard]] std::string Describe(const procedure::ScanTime& time);
 

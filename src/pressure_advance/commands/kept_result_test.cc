@@ -42,7 +42,7 @@ TEST(KeptResult, IsWhatApplyTakesWithoutLookingAtTheRecordingAgain) {
   const auto analysis = AnalysisOf(Measured::Good({0.036, 0.0005, {0.035, 0.0371}}));
   ASSERT_TRUE(Keep(analysis, recording));
   for (const auto& path : {recording, recording / "result.json"}) {
-    ::testing::internal::CaptureStdout();         // which may hold one JSON object and nothing else
+    ::testing::internal::CaptureStdout();         // must be a single JSON object
     const auto value = ValueFrom(path.string());  // there is no scan.json in the folder
     EXPECT_EQ(::testing::internal::GetCapturedStdout(), "");
     ASSERT_TRUE(value) << value.error().message;

@@ -21,8 +21,8 @@ using pressure_advance::Scan;
 using pressure_advance::ScanLine;
 using procedure::FrameSize;
 
-/// Fills in scan.crop: the one that was found when it was recorded, or else from the middle line,
-/// whose bead is likely the most even.
+/// Fills in scan.crop: the recorded one, or else from the middle line, whose bead is likely the
+/// most even.
 Result<void> LocateCrop(const std::filesystem::path& folder, Scan& scan,
                         std::vector<std::string>& notices) {
   scan.crop = scan.found_crop;
@@ -39,7 +39,7 @@ Result<void> LocateCrop(const std::filesystem::path& folder, Scan& scan,
   return {};
 }
 
-// Frames without a position between others that have one: the head stood in those at either end.
+// Counts frames without a position between others with one: at either end the head was at rest.
 std::size_t UnplacedWithin(const std::vector<std::optional<double>>& positions) {
   const auto placed = [](const std::optional<double>& position) { return position.has_value(); };
   const auto first = std::find_if(positions.begin(), positions.end(), placed);
@@ -71,7 +71,7 @@ void AddNotices(const ScanLine& line, const pressure_advance::SweepReading& read
   }
 }
 
-/// What one sweep gives.
+/// Result of one sweep.
 struct MeasuredLine {
   pressure_advance::SweepReading reading;
   pressure_advance::HeightMap paper;
@@ -91,7 +91,7 @@ Result<MeasuredLine> MeasureLine(const std::filesystem::path& folder, const Scan
   return measured;
 }
 
-/// As many lines at a time as their cropped frames leave room for.
+/// Returns the number of lines at a time that fit into memory.
 int LinesAtOnce(const PixelRect& crop) {
   constexpr std::size_t kLongSweepFrames = 1000;
   const std::size_t sweep_bytes = std::size_t{3} * static_cast<std::size_t>(crop.width) *
@@ -99,8 +99,8 @@ int LinesAtOnce(const PixelRect& crop) {
   return static_cast<int>(std::clamp<std::size_t>(procedure::kMaxSweepBytes / sweep_bytes, 1, 64));
 }
 
-/// All lines, in their order. An error is the first line's that has one, however many threads there
-/// are.
+/// Measures all lines, in their order. Returns the error of the first failing line, independent of
+/// the number of threads.
 Result<std::vector<MeasuredLine>> MeasureLines(const std::filesystem::path& folder,
                                                const Scan& scan) {
   const auto size = TRY(procedure::SizeOf(folder, scan));

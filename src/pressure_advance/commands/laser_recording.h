@@ -1,4 +1,4 @@
-// From a recorded laser scan on disk to what scoring and the report need.
+// Data for scoring and the report, from a recorded laser scan on disk.
 #pragma once
 
 #include <filesystem>
@@ -14,13 +14,13 @@
 
 namespace trammel::app {
 
-/// All that is read from one recording, in the order of scan.lines.
+/// Measurements of one recording, in the order of scan.lines.
 struct LaserMeasurement {
-  pressure_advance::Scan scan;  ///< as recorded; `crop` filled in where it had to be found
+  pressure_advance::Scan scan;  ///< as recorded; `crop` filled in if it was detected
   std::vector<pressure_advance::LineProfile> profiles;  ///< area in mm^2, or px^2 without a scale
   pressure_advance::LaserScanView view;
   pressure_advance::DeviationResult deviation;
-  std::vector<std::string> notices;  ///< what a user should know: crop found, frames left out …
+  std::vector<std::string> notices;  ///< for the user: detected crop, frames left out …
 };
 
 /// Reads `folder`/scan.json and every video that it names, as many at a time as there are

@@ -1,4 +1,5 @@
-// trammel pa pattern: writes the G-code of the pattern, its plan, and what it costs.
+// trammel pa pattern: writes the G-code of the pattern and its plan, and prints its time and
+// filament.
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
@@ -46,7 +47,7 @@ struct PatternArguments {
   bool json = false;
 };
 
-/// The shortcuts of the command line, over what the file says.
+/// Applies the command line's options over the file's settings.
 Result<void> Override(const PatternArguments& arguments, files::Config& config) {
   if (arguments.photo) SetForPhoto(config.pattern);
   for (const std::string& assignment : arguments.set) {
@@ -93,7 +94,7 @@ void Print(const PatternSummary& summary, const PatternLayout& layout, const Pat
   fmt::print("peak flow  {:.1f} mm^3/s\n", summary.peak_flow_mm3_s);
 }
 
-// What the pattern costs, as one JSON object.
+// Prints the cost of the pattern as one JSON object.
 void PrintJson(const PatternSummary& summary, const MachineTime& time) {
   const pressure_advance::BoundsMm& at = summary.printed;
   nlohmann::ordered_json json = {{"x_mm", {at.min_x_mm, at.max_x_mm}},

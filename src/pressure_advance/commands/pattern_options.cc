@@ -27,8 +27,8 @@ using pressure_advance::Segment;
 namespace {
 
 constexpr double kMax_s = 10;
-constexpr std::size_t kMaxValues = 1000;   // as many lines as scan.json may have
-constexpr std::size_t kMaxSegments = 100;  // as in scan.json
+constexpr std::size_t kMaxValues = 1000;   // limit of lines in scan.json
+constexpr std::size_t kMaxSegments = 100;  // limit in scan.json
 
 Result<std::vector<double>> ParseNumbers(std::string_view text, char separator) {
   std::vector<double> numbers;
@@ -167,8 +167,8 @@ namespace {
 using pressure_advance::PatternPlan;
 using pressure_advance::PlanLine;
 
-/// Sine of the largest angle at which two lines still count as parallel: positions are written to
-/// 1 um, which turns a line of 1 mm by 0.002.
+/// Sine of the maximum angle between parallel lines: positions are written to 1 um, which rotates a
+/// line of 1 mm by 0.002.
 constexpr double kParallel = 0.005;
 
 /// Unit vector of print direction.
@@ -184,7 +184,7 @@ Direction DirectionOf(const PlanLine& line) {
   return {x_mm / length_mm, y_mm / length_mm};
 }
 
-/// Why the lines cannot be read from a photo; empty where they can.
+/// Returns why the lines cannot be read from a photo; empty if they can.
 std::string FaultOf(const std::vector<PlanLine>& lines) {
   const Direction first = DirectionOf(lines.front());
   for (const PlanLine& line : lines) {
@@ -204,7 +204,7 @@ std::string FaultOf(const std::vector<PlanLine>& lines) {
   return {};
 }
 
-/// Values in the order in which the lines lie on the bed.
+/// Returns the values in the order of the lines on the bed.
 std::vector<double> ValuesAcross(const std::vector<PlanLine>& lines) {
   const Direction along = DirectionOf(lines.front());
   const auto across_mm = [&](const PlanLine& line) {
@@ -251,7 +251,7 @@ void SetForPhoto(pressure_advance::PatternConfig& pattern) {
   pressure_advance::PatternConfig photo;
   ApplyPreset(PatternPreset::kPhoto, photo);
   ApplyPreset(PatternPreset::kPhoto, pattern);
-  // What a photo needs, whatever was set for the laser.
+  // Requirements of a photo override the laser's settings.
   pattern.pressure_advances_s = photo.pressure_advances_s;
   pattern.segments = photo.segments;
   pattern.line_spacing_mm = std::max(photo.line_spacing_mm, 2 * pattern.line_width_mm);

@@ -1,4 +1,4 @@
-// Pressure advances and segments on the command line.
+// Parses pressure advances and segments on the command line.
 #pragma once
 
 #include <cstddef>
@@ -25,23 +25,23 @@ class Option;
 
 namespace trammel::app {
 
-/// Reads `0,0.01,0.02`, `START:END:STEP` or `START:END:COUNT`, both ends included. The third part
-/// is a step where it fits between the ends, else a count: 0:0.1:0.005 has 21 values, 0:0.06:10
-/// has ten.
-/// @returns At least one value, in s, rounded to 1e-9 s. Errors: not numbers, negative, above 10 s,
-///          reversed, a step that does not divide the range, more than 1000 values.
+/// Parses `0,0.01,0.02`, `START:END:STEP` or `START:END:COUNT`, both ends included. The third part
+/// is a step if it fits between the ends, else a count: 0:0.1:0.005 has 21 values, 0:0.06:10 has
+/// ten.
+/// @returns At least one value, in s, rounded to 1e-9 s. Errors: not numbers, negative, above 10
+///          s, reversed, a step that does not divide the range, more than 1000 values.
 [[nodiscard]] Result<std::vector<double>> ParsePressureAdvances(std::string_view text);
 
-/// Reads `FRACTION:SPEED,FRACTION:SPEED,…`, for example 0.1:10,0.6:100,0.3:10.
-/// @returns Segments whose fractions sum to 1 (to 1e-3) and whose speeds lie within 0.1 … 2000
+/// Parses `FRACTION:SPEED,FRACTION:SPEED,…`, for example 0.1:10,0.6:100,0.3:10.
+/// @returns Segments with fractions that sum to 1 (to 1e-3) and speeds within 0.1 … 2000
 ///          mm/s, or an error that names the part and the bound.
 [[nodiscard]] Result<std::vector<pressure_advance::Segment>> ParseSegments(std::string_view text);
 
-// Several patterns on one plate, as the command line asks for them.
+// Several patterns on one plate, as requested on the command line.
 
 struct AskedPlate {
   std::optional<int> repeat;   ///< patterns alike; absent: one
-  AskedConditions conditions;  ///< of patterns that differ
+  AskedConditions conditions;  ///< if patterns differ
   bool photo = false;          ///< is taken of it: no laser has to reach it
 };
 
@@ -50,44 +50,43 @@ struct AskedPlate {
 void AddPlateOptions(CLI::App& command, AskedPlate& asked,
                      const std::vector<CLI::Option*>& of_one_answer);
 
-/// Puts the patterns that are asked for beside one another. Errors: those of PatternsBeside,
+/// Arranges the requested patterns beside one another. Errors: those of PatternsBeside,
 /// CombineConditions and LayConditions.
 [[nodiscard]] Result<void> LayOnPlate(const AskedPlate& asked, const procedure::Reach& reach,
                                       files::Config& config);
 
-/// The same within a printer's reach, before anything moves there. Errors: those of CheckReady,
-/// too.
+/// Does the same within a printer's reach, before anything moves there. Errors: also those of
+/// CheckReady.
 [[nodiscard]] Result<void> LayOnPlateOf(const AskedPlate& asked, const procedure::Session& session,
                                         files::Config& config);
 
-// What a photo cannot tell of itself: from the plan that trammel pa pattern wrote.
+// Facts that a photo does not show: from the plan of trammel pa pattern.
 
-/// The lines of one pattern, as they lie side by side on the bed; the first is the one that was
+/// Returns the lines of one pattern in their order on the bed, beginning with the line that was
 /// printed first, or the outer line nearer to it.
-/// @returns values and segments; the sides of the picture are left at their defaults. Errors name
+/// @returns values and segments; the sides of the picture have their defaults. Errors name
 ///   `file`: lines that are not parallel or run in both directions; several
-///   patterns of which a photo could show either.
+///   patterns that a photo cannot distinguish.
 [[nodiscard]] Result<PhotoPlan> PhotoPlanOf(const pressure_advance::PatternPlan& plan,
                                             const std::string& file);
 
-/// Makes it the pattern of `pa pattern --photo`: 21 lines that end their fast part sooner than they
-/// begin it, two steps from the frame, and the mark.
+/// Sets the pattern of `pa pattern --photo`: 21 lines with a fast part nearer to the start than to
+/// the end, two steps from the frame, and the mark.
 void SetForPhoto(pressure_advance::PatternConfig& pattern);
 
-/// A plan's largest file, bytes: 100,000 lines, the most that a plan may have, stay below this.
+/// Maximum size of a plan's file, bytes: 100,000 lines, a plan's maximum, remain below this.
 inline constexpr std::size_t kMostPlanFileBytes = std::size_t{32} << 20;
 
-/// Reads a *.plan.json. Errors: there is none, or it cannot be used.
+/// Reads a *.plan.json. Errors: it is missing or invalid.
 [[nodiscard]] Result<pressure_advance::PatternPlan> ReadPatternPlan(
     const std::filesystem::path& file);
 
-/// PhotoPlanOf of a *.plan.json. Errors: those of both.
+/// Reads a *.plan.json and calls PhotoPlanOf. Errors: those of both.
 [[nodiscard]] Result<PhotoPlan> ReadPhotoPlan(const std::filesystem::path& file);
 
-/// The same from its text.
+/// Does the same from text.
 [[nodiscard]] Result<PhotoPlan> ParsePhotoPlan(const std::string& text, const std::string& file);
 
-/// Whether a file's name is that of a plan.
 [[nodiscard]] bool IsPlanName(const std::string& name);
 
 }  // namespace trammel::app

@@ -1,4 +1,4 @@
-// trammel pa photo: measures the photo of a pattern among the printer's files.
+// trammel pa photo: measures the photo of a pattern from the printer's files.
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
@@ -34,7 +34,7 @@ namespace {
 namespace fs = std::filesystem;
 using procedure::PatternPhoto;
 
-constexpr const char* kPhotoName = "photo";  // in the recording; its ending stays
+constexpr const char* kPhotoName = "photo";  // in the recording; keeps its extension
 
 struct PhotoArguments {
   PrinterOptions printer;
@@ -45,7 +45,7 @@ struct PhotoArguments {
   bool json = false;
 };
 
-/// A photo, and what the answer has to say of it.
+/// Photo, with notices for the answer.
 struct Fetched {
   PatternPhoto photo;
   std::vector<std::string> notices = {};  ///< an empty one is none
@@ -63,7 +63,7 @@ Result<Fetched> FetchPhoto(const PhotoArguments& arguments, const procedure::Ses
                            const fs::path& recordings) {
   auto photo = TRY(procedure::DownloadPhoto(session, arguments.file, service::IsResultPicture));
   if (!arguments.file.empty()) return Fetched{std::move(photo)};
-  // Nobody named it, so that it may be that of another filament.
+  // The photo was not named, so it may show another filament.
   const std::string kept = kPhotoName + procedure::PictureEnding(photo.name);
   const auto before = TRY(FindKeptCopy(recordings, {&kept, 1}, photo.bytes));
   if (!before.empty()) {
@@ -104,7 +104,7 @@ Result<int> Measure(const PhotoArguments& arguments, const procedure::Session& s
   return code;
 }
 
-// That the pattern can have been printed as its plan has it, and that its answer can be used.
+// Checks that the printer can have printed the pattern as planned, and that its answer is usable.
 Result<void> CheckPrintable(const procedure::Session& session, const PhotoPlan& plan) {
   const auto facts = TRY(procedure::ReadFacts(session));
   procedure::PrintNeeds needs;

@@ -33,7 +33,7 @@ namespace {
 constexpr const char* kFilament = "filament";
 constexpr const char* kMaterial = "material";
 
-/// A filament's key, which a button can hand on; empty where none is named.
+/// Returns a filament's key, safe as a button's argument; empty if none is given.
 Result<std::string> KeyOf(const service::Arguments& arguments) {
   const auto filament = arguments.find(kFilament);
   if (filament == arguments.end()) return std::string();
@@ -45,14 +45,14 @@ std::string GivenAs(const char* name, const service::Arguments& arguments) {
   return found == arguments.end() ? std::string() : found->second;
 }
 
-/// The material of a run: as it is given, else as the filament's name has it; empty: the settings'.
+/// Returns the material of a run: as given, else from the filament's name; empty: the settings'.
 std::string MaterialFor(const service::Arguments& arguments) {
   if (std::string given = GivenAs(kMaterial, arguments); !given.empty()) return given;
   const settings::Material* const named = settings::MaterialInName(GivenAs(kFilament, arguments));
   return named != nullptr ? std::string(named->name) : std::string();
 }
 
-/// The settings of a run. Errors: they cannot be read, do not say how hot it prints, or say it of
+/// Returns the settings of a run. Errors: they cannot be read, lack the print temperatures, or name
 /// another material than the filament's name.
 Result<files::Config> SettingsFor(const service::PrinterPlace& place,
                                   const service::Arguments& arguments) {
@@ -99,7 +99,7 @@ Result<service::Offer> CheckPattern(const service::PrinterPlace& place,
   return OfferTo("printed for a photo", place, arguments);
 }
 
-// A photo moves and heats nothing. Nobody has to say again for which filament it was printed.
+// A photo moves and heats nothing. Its filament need not be given again.
 Result<service::Offer> CheckPhoto(const service::PrinterPlace& place,
                                   const service::Arguments& arguments, machine::Printer*) {
   const auto config = TRY(LoadSettings(OptionsAt(place)));
@@ -110,7 +110,7 @@ Result<service::Offer> CheckPhoto(const service::PrinterPlace& place,
   return offer;
 }
 
-/// What pa apply does, as the settings have it.
+/// Describes the effect of pa apply under the settings.
 std::string UseWords(const service::PrinterPlace& place, const service::Arguments& arguments) {
   const auto key = KeyOf(arguments);
   const auto config = LoadSettings(OptionsAt(place));
@@ -127,7 +127,7 @@ std::vector<std::string> ApplyWords(const std::string& folder,
   return words;
 }
 
-/// The pressure advance in a run's result.json.
+/// Reads the pressure advance in a run's result.json.
 Result<service::AnswerInWords> AnswerIn(const std::string& folder) {
   constexpr const char* kQuantity = "pressure_advance";
   const auto outcome = TRY(files::ReadOutcome(folder, measurement::Instrument::kPressureAdvance));
@@ -145,7 +145,7 @@ Result<service::AnswerInWords> AnswerIn(const std::string& folder) {
   return words;
 }
 
-/// What has a pressure advance for its answer.
+/// Returns a kind with a pressure advance as answer.
 service::JobKind Measuring(const char* name, const char* method) {
   service::JobKind kind;
   kind.name = name;

@@ -1,4 +1,4 @@
-// The commands of pressure advance: `trammel pa`, and `trammel doctor`.
+// Commands of pressure advance: `trammel pa`, and `trammel doctor`.
 #pragma once
 
 #include "service/job_kind.h"
@@ -9,10 +9,10 @@ class App;
 
 namespace trammel::app {
 
-/// Fills the group; each command stores its exit code (app/commands.h).
+/// Adds the subcommands; each stores its exit code (app/commands.h).
 void AddPressureAdvanceCommands(CLI::App& pa, int& exit_code);
 
-/// Each hangs its command below `parent`.
+/// Each adds its command to `parent`.
 void AddAnalyzeCommand(CLI::App& parent, int& exit_code);
 void AddPhotoCommand(CLI::App& parent, int& exit_code);
 void AddPatternCommand(CLI::App& parent, int& exit_code);
@@ -23,10 +23,10 @@ void AddExportCommand(CLI::App& parent, int& exit_code);
 void AddTableCommand(CLI::App& parent, int& exit_code);
 void AddValidateCommand(CLI::App& parent, int& exit_code);
 void AddSetupCommand(CLI::App& parent, int& exit_code);
-/// Makes a command `trammel doctor`.
+/// Sets a command up as `trammel doctor`.
 void AddDoctorCommand(CLI::App& doctor, int& exit_code);
 
-// What pressure advance has to offer to `trammel serve`.
+// Jobs of pressure advance for `trammel serve`.
 
 /// `pa calibrate` as a job, with the macros of klipper/trammel.cfg that ask for it, and `pa apply`
 /// of what it found. Heats nothing where the settings name no temperatures.

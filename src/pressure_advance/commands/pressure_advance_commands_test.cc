@@ -32,7 +32,7 @@ TEST(PressureAdvanceJob, AFilamentIsHeatedAsTheMaterialInItsName) {
     ASSERT_TRUE(petg) << petg.error().message;
     EXPECT_THAT(petg->question, HasSubstr("(petg: nozzle 235, bed 85 degC)"));
     EXPECT_EQ(petg->start.at("material"), "petg");  // and so is the run
-    // What nobody knows is heated as the settings say, and a material that was given wins.
+    // An unknown filament is heated by the settings, and a given material takes precedence.
     EXPECT_THAT(kind.check(place, {{"filament", "Jet Black"}}, nullptr)->question,
                 HasSubstr("(pla: "));
     EXPECT_THAT(

@@ -75,7 +75,7 @@ void PrintSetupText(const SetupRecord& record, const report::SetupView& view) {
   for (const auto& value : values) {
     if (!any) break;  // the verdict says it once
     const Measured& measured = *value.value;
-    // The reason of all that a scan needs comes once, below.
+    // The reason of all values that a scan needs is printed once, below.
     if (measured.good()) {
       fmt::print("{:<17} {}\n", value.name, WithInterval(measured.quantity(), value.style));
     } else {
@@ -110,7 +110,7 @@ Result<CameraTarget> ReadCameraTarget(const fs::path& path) {
   if (!fs::exists(path, ignored)) return target;
   auto text = TRY(files::ReadWholeFile(path, files::kMaxConfigBytes));
   TRY(files::ParseConfig(text, path.string()));
-  // Whether its [camera] can be written to is tried before anything is heated.
+  // Tests that its [camera] can be written before anything is heated.
   constexpr double kTried_mm = 12.5;
   const auto tried =
       files::ParseConfig(files::PutCameraKeys(text, {{"offset_x", "12.5"}}), path.string());
@@ -126,7 +126,7 @@ Result<CameraTarget> ReadCameraTarget(const fs::path& path) {
 
 namespace {
 
-// The owner alone, where it was so before: a file may hold keys.
+// Keeps a file readable by its owner only, if it was so before: it may contain keys.
 files::Readable ReadableAs(const fs::path& path) {
   std::error_code error;
   const fs::perms perms = fs::status(path, error).permissions();
@@ -136,7 +136,7 @@ files::Readable ReadableAs(const fs::path& path) {
 }
 
 bool Holds(const settings::ScanSettings& read, const pressure_advance::SetupResult& result) {
-  constexpr double kRounding = 1e-3;  // of what is written: micrometres, hundredths of a degree
+  constexpr double kRounding = 1e-3;  // of the output: micrometres, hundredths of a degree
   const auto same = [](double a, double b) { return a - b < kRounding && b - a < kRounding; };
   return same(read.camera_offset_x_mm, result.offset.x_mm.quantity().value) &&
          same(read.camera_offset_y_mm, result.offset.y_mm.quantity().value) && read.px_per_mm &&
@@ -178,7 +178,7 @@ Result<std::string> WriteCameraTarget(const CameraTarget& target,
 
 namespace {
 
-// What a scan needs, and of the other values those that are good.
+// Collects the values that a scan needs, and the other good ones.
 measurement::Outcome OutcomeOfSetup(const pressure_advance::SetupResult& result,
                                     const SetupOutput& output) {
   measurement::Outcome outcome;
@@ -207,7 +207,7 @@ measurement::Outcome OutcomeOfSetup(const pressure_advance::SetupResult& result,
 int PrintSetup(const SetupRecord& record, const SetupOutput& output) {
   const report::SetupView view = ViewOfSetup(record, output);
   const measurement::Outcome outcome = OutcomeOfSetup(record.result, output);
-  // The answer is printed whatever becomes of the files.
+  // Prints the answer even if files failed.
   auto kept = WriteSetupFiles(view, output.folder);
   if (kept) kept = KeepInRecording(output.folder, {outcome, nullptr});
   const bool good = record.result.verdict() == Verdict::kGood;
@@ -262,7 +262,7 @@ procedure::SetupRequest SetupRequestOf(const SetupArguments& arguments,
   return request;
 }
 
-// The mark's G-code, and where the head goes, whatever a printer would say.
+// Prints the mark's G-code and the head's positions, independent of a printer.
 Result<void> PrintSetupDryRun(const procedure::SetupRequest& request) {
   TRY(settings::ValidateTemperatures(request.pattern));
   constexpr double kFar_mm = 2000;  // a printer says how far it reaches, and none is asked

@@ -31,7 +31,7 @@ struct TableArguments {
   bool force = false;
 };
 
-// The profile, and what to say of it.
+// Writes the profile, and returns its notice.
 Result<std::string> WriteProfile(const TableArguments& arguments, const FlowTable& table) {
   constexpr std::size_t kMostBytes = 4'000'000;
   const auto rows = pressure_advance::AdaptiveRows(table);

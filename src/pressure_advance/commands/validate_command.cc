@@ -40,7 +40,7 @@ struct ValidateArguments {
   bool json = false;
 };
 
-// Half of the lines without pressure advance, half with the value, in one pattern.
+// Sets half of the lines without pressure advance, half with the value, in one pattern.
 Result<void> SetForComparison(double value_s, pressure_advance::PatternConfig& pattern) {
   constexpr int kLines = 10;           // five of either group, as in the paper
   constexpr double kLeast_s = 0.0001;  // differs from 0 with the decimals of the G-code

@@ -24,13 +24,13 @@ bool IsList(const Json& value) {
   return true;
 }
 
-// Anything else may be taken for on.
+// Any other value may mean on.
 bool IsOff(const Json& value) {
   if (value.is_array()) return std::all_of(value.begin(), value.end(), IsOff);
   return value == "0" || value == "" || value == 0 || value == false || value.is_null();
 }
 
-// As many entries as the profile has for that key, at least one.
+// Returns as many entries as the profile has for that key, at least one.
 Json Entries(const Json& profile, const char* key, const std::string& entry) {
   const std::size_t size = profile.contains(key) ? profile[key].size() : 1;
   return std::vector<std::string>(size, entry);

@@ -1,4 +1,4 @@
-// A filament profile of OrcaSlicer, with a measured pressure advance.
+// Filament profile of OrcaSlicer, with a measured pressure advance.
 #pragma once
 
 #include <span>
@@ -13,22 +13,22 @@ namespace trammel::files {
 
 struct OrcaProfile {
   std::string text;                  ///< JSON, its keys in the order of the original
-  std::vector<std::string> notices;  ///< what else had to change
+  std::vector<std::string> notices;  ///< other necessary changes
 };
 
-/// Rows as OrcaSlicer's adaptive pressure advance has them, a line each: value in s, flow in mm³/s,
-/// acceleration in mm/s². It takes another order without a word.
+/// Returns the rows of OrcaSlicer's adaptive pressure advance, a line each: value in s, flow in
+/// mm³/s, acceleration in mm/s². The slicer accepts a wrong order silently.
 [[nodiscard]] std::string AdaptiveModel(std::span<const pressure_advance::FlowPoint> rows);
 
-/// Takes a filament profile as OrcaSlicer exports it (JSON; each value a text or a list of texts)
-/// and sets `enable_pressure_advance` and `pressure_advance`, for each extruder that the profile
-/// has values for. Adaptive pressure advance, which would override the value, is switched off, with
-/// a notice; with rows it is switched on with them in its model. Nothing else changes, so that the
-/// slicer imports it as it would have before.
-/// @param file                how messages name it.
-/// @param pressure_advance_s  0 … 2 s, which is what the slicer takes; written to 0.1 ms.
+/// Sets `enable_pressure_advance` and `pressure_advance` in a filament profile exported by
+/// OrcaSlicer (JSON; each value a text or a list of texts), for each extruder of the profile.
+/// Adaptive pressure advance, which would override the value, is switched off with a notice; with
+/// rows it is switched on and they become its model. All else is unchanged, so that the slicer's
+/// import behaves as before.
+/// @param file                name in messages.
+/// @param pressure_advance_s  0 … 2 s, the slicer's range; written to 0.1 ms.
 /// @param rows                over flow and acceleration, at least two flows for each: the slicer
-///                            drops others without a word. Empty: the one value alone.
+///                            silently drops others. Empty: only the one value.
 /// Errors (kInput): rows of an acceleration with one flow; no JSON object, no filament profile, a
 /// value that is no text; the number.
 [[nodiscard]] Result<OrcaProfile> WithPressureAdvance(

@@ -42,7 +42,7 @@ TEST(OrcaProfile, ChangesThePressureAdvanceAlone) {
   EXPECT_EQ(Json::parse(made->text), expected);
 }
 
-// Of a printer with two extruders, and of one that would interpolate its own table.
+// Given a printer with two extruders, one of which would interpolate its own table.
 TEST(OrcaProfile, SetsEachExtruderAndSwitchesTheTableOff) {
   Json profile = Json::parse(kProfile);
   profile["pressure_advance"] = {"0.02", "0.03"};

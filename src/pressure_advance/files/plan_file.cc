@@ -64,7 +64,7 @@ Result<PlanLine> ParseLine(JsonObject object, const PatternPlan& plan) {
   return line;
 }
 
-/// Everything but the lists of objects. The keys stay open, since those lists belong to them.
+/// Parses all keys but the lists of objects; unknown keys are checked later, with those lists.
 void ParseHead(JsonObject& object, PatternPlan& plan) {
   const int format = object.Integer("format", {0, 1e6});
   if (!object.failed() && format != kFormat) {
@@ -106,7 +106,7 @@ void ParseHead(JsonObject& object, PatternPlan& plan) {
 }  // namespace
 
 std::string FormatPlan(const PatternPlan& plan) {
-  // Sums such as 109.085 + 4 carry digits that mean nothing.
+  // Sums such as 109.085 + 4 have meaningless last digits.
   const auto rounded = [](double value_mm) { return std::round(value_mm * 1000) / 1000; };
   ordered_json segments = ordered_json::array();
   for (const Segment& segment : plan.segments) {
@@ -127,11 +127,11 @@ std::string FormatPlan(const PatternPlan& plan) {
   }
   if (plan.printed_by.drive != 0) head["extruder_drive"] = plan.printed_by.drive;
   head["segments"] = std::move(segments);
-  // One key and one printed line to a line of text: to be read and compared by people, too.
+  // Writes one key and one printed line per line of text, so that people can read and compare it.
   std::string out = "{";
   for (const auto& [key, value] : head.items()) {
     out += fmt::format("{} \"{}\": {},\n", out.size() == 1 ? "" : " ", key,
-                       // a file name may be any bytes
+                       // a file name may contain any bytes
                        value.dump(-1, ' ', false, ordered_json::error_handler_t::replace));
   }
   out += "  \"lines\": [";

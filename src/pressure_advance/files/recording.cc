@@ -31,7 +31,7 @@ std::string Crop(const PixelRect& crop) {
   return fmt::format("[{}, {}, {}, {}]", crop.x, crop.y, crop.width, crop.height);
 }
 
-// Above 0, which no uncertainty is.
+// Rounds to 4 decimals, but to more than 0.
 std::string Sigma(double standard_uncertainty) {
   constexpr double kLeast = 1e-4;
   return FormatNumber(std::max(kLeast, standard_uncertainty), 4);
@@ -44,7 +44,7 @@ std::string Between(const Measured& measured, double unit, int decimals) {
                      FormatNumber(interval.hi / unit, decimals));
 }
 
-// The name of the section that a line begins; empty: it begins none.
+// Returns the name of the section that begins in a line; empty: none.
 std::string_view SectionOf(std::string_view line) {
   line = Trimmed(line);
   if (line.empty() || line.front() != '[') return {};
@@ -141,17 +141,17 @@ using pressure_advance::Scan;
 using pressure_advance::ScanLine;
 using pressure_advance::Segment;
 
-/// A thousand lines with six thousand capture times each stay below this.
+/// Maximum file size: a thousand lines with six thousand capture times each are smaller.
 constexpr std::size_t kMaxBytes = std::size_t{128} << 20;
 
-// Numbers are bounded by Validate(Scan), for whoever makes a scan; types and keys here.
+// Validate(Scan) checks ranges, also for scans from other sources; types and keys are checked here.
 
 std::optional<AxisDirection> Direction(JsonObject& object, const char* key) {
   const auto text = object.OptionalChoice(key, {"+x", "-x", "+y", "-y"});
   return text ? ParseAxisDirection(*text) : std::nullopt;
 }
 
-/// Why a video's name must not be used; empty where it may be.
+/// Returns why a video's name must not be used; empty if it may.
 std::string VideoNameFault(const std::string& name) {
   if (name.empty() || name.size() > 255 || name.find('\0') != std::string::npos) {
     return "it must be a file name of 1 … 255 characters";
@@ -207,7 +207,7 @@ Result<PixelRect> ReadCrop(JsonObject object) {
   return crop;
 }
 
-/// The objects within a scan, still to be read.
+/// Objects within a scan that are still to be read.
 struct ScanParts {
   const json* lines = nullptr;
   const json* segments = nullptr;  ///< or nullptr
@@ -215,7 +215,7 @@ struct ScanParts {
   const json* found = nullptr;     ///< or nullptr
 };
 
-/// Everything but the objects within.
+/// Reads everything except the inner objects.
 Result<ScanParts> ReadHead(JsonObject& object, Scan& scan) {
   const double format = object.Number("format");
   if (!object.failed() && format != 1) {
@@ -283,7 +283,7 @@ ordered_json FormatLine(const ScanLine& line) {
   return entry;
 }
 
-/// Degrees as a person wrote them: without the last digits that the way through radians adds.
+/// Returns degrees without the rounding errors of the conversion through radians.
 double Degrees(double angle_rad) {
   constexpr double kSteps = 1e9;
   return std::round(angle_rad * 180 / std::numbers::pi * kSteps) / kSteps;
@@ -325,7 +325,7 @@ std::string FormatScan(const Scan& scan, const json& extra) {
     TRAMMEL_CHECK(key.starts_with("x_"), "'{}' is no key of one's own", key);
     head[key] = value;
   }
-  // One line of text for each printed line: long lists stay out of a reader's way.
+  // Writes one line of text per printed line, so that long lists do not disturb a reader.
   constexpr auto kReplace = ordered_json::error_handler_t::replace;
   std::string text = "{\n";
   for (const auto& [key, value] : head.items()) {
@@ -376,7 +376,7 @@ using nlohmann::json;
 
 constexpr std::size_t kMostBytesOfTimes = std::size_t{256} << 20;
 
-// Frames of a video by the lines of its times; 0 where there are none to be read.
+// Counts a video's frames by the lines of its times; 0 if they cannot be read.
 std::size_t FramesOf(const std::filesystem::path& video) {
   const auto text = ReadNamedFile(video.string() + ".times", kMostBytesOfTimes);
   if (!text) return 0;
@@ -391,7 +391,7 @@ std::size_t FramesOf(const std::filesystem::path& video) {
   return frames;
 }
 
-// The reason that the scan wrote beside the last sweep that it could not place.
+// Returns the reason stored with the last sweep that could not be placed.
 std::string Reason(const json& root) {
   const auto list = root.find("not_placed");
   if (list == root.end() || !list->is_array() || list->empty()) return {};

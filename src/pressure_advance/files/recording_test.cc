@@ -46,7 +46,7 @@ std::string MessageWith(const std::string& pointer, const json& value) {
   return Message(scan.dump());
 }
 
-// What a scan leaves behind before it has placed a frame.
+// Given a scan that stopped before it had placed a frame.
 class UnplacedScan : public testing::Test {
  protected:
   void Write(const std::string& name, const std::string& text) {
@@ -270,7 +270,7 @@ TEST(HeightScale, CarriesWhatScaleAndAngleLeaveOpen) {
   pressure_advance::Scan scan = FullScan();
   const auto known = HeightScaleOf(scan);
   ASSERT_TRUE(known && known->height_share && known->area_share);
-  // As heights and areas move with scale and angle.
+  // Heights and areas scale with scale and angle.
   const auto height = [](double px_per_mm, double angle_rad) {
     return 1 / (px_per_mm * std::tan(angle_rad));
   };

@@ -16,7 +16,7 @@
 namespace trammel::pressure_advance {
 namespace {
 
-// What the form adds to a straight line, for an offset of 1.
+// Computes the form's nonlinear term, for an offset of 1.
 double Bend(AdvanceForm form, double shape, double flow_mm3_s) {
   switch (form) {
     case AdvanceForm::kPower:
@@ -54,7 +54,7 @@ double ChiSquare(const AdvanceLaw& law, const std::vector<AdvanceValue>& values)
   return sum;
 }
 
-// Weighted least squares of linear part and offset for one shape, neither below 0.
+// Fits linear part and offset for one shape by weighted least squares, neither below 0.
 Fit FitShape(AdvanceForm form, double shape, const std::vector<AdvanceValue>& values) {
   double sw = 0, sb = 0, sy = 0, sbb = 0, sby = 0;
   for (const AdvanceValue& value : values) {
@@ -79,7 +79,7 @@ Fit FitShape(AdvanceForm form, double shape, const std::vector<AdvanceValue>& va
   return bend_only.chi_square < straight.chi_square ? bend_only : straight;
 }
 
-// The best of some shapes, with those that fit as well.
+// Returns the best of some shapes, with those that fit equally well.
 Fit Profile(AdvanceForm form, const std::vector<double>& shapes,
             const std::vector<AdvanceValue>& values) {
   std::vector<double> chi_squares;
@@ -123,8 +123,8 @@ std::vector<double> Exponents() {
   return exponents;
 }
 
-// From well below the slow flow, where a knee is not seen, to well above the fast one, where it is
-// a straight line.
+// Lists knees from well below the slow flow, where a knee is invisible, to well above the fast one,
+// where it is straight.
 std::vector<double> Knees(const std::vector<AdvanceValue>& values) {
   double slowest = std::numeric_limits<double>::infinity(), fastest = 0;
   for (const AdvanceValue& value : values) {
@@ -180,8 +180,8 @@ constexpr double kSame = 0.02;  // relative difference of conditions that count 
 
 bool Same(double a, double b) { return std::abs(a - b) <= kSame * std::max(a, b); }
 
-// A standard uncertainty whose normal interval is no narrower than the one that is stated: one of
-// few degrees of freedom is wider.
+// Returns a standard uncertainty whose normal interval covers the stated one, which is wider with
+// few degrees of freedom.
 double Sigma(const Quantity& quantity) {
   const double half = 0.5 * (quantity.interval95.hi - quantity.interval95.lo);
   return std::max(quantity.standard_uncertainty, half / kNormal95);
@@ -191,7 +191,8 @@ Quantity QuantityOf(double value, double u, double half) {
   return {value, u, {value - half, value + half}};
 }
 
-// Weighted mean of values under the same conditions. Scatter beyond what they state widens it.
+// Returns the weighted mean of values under the same conditions. Scatter beyond their stated
+// uncertainties widens it.
 Quantity Combined(const std::vector<Quantity>& values) {
   if (values.size() == 1) return values.front();
   double weights = 0, sum = 0;
@@ -234,7 +235,7 @@ std::vector<FlowPoint> Merged(std::vector<FlowPoint> points) {
   return rows;
 }
 
-// One slope for all groups, each with a level of its own: value = level(group) + slope · x.
+// Fits one slope for all groups, each with its own level: value = level(group) + slope · x.
 FlowTrend CommonSlope(const std::vector<FlowPoint>& rows,
                       const std::function<double(const FlowPoint&)>& group,
                       const std::function<double(const FlowPoint&)>& x, const char* what) {
@@ -287,7 +288,7 @@ FlowTrend CommonSlope(const std::vector<FlowPoint>& rows,
   return trend;
 }
 
-// Rows of the acceleration with the most of them; of several such, the highest.
+// Returns the rows of the acceleration with the most of them; of several, the highest acceleration.
 std::vector<FlowPoint> OfOneAcceleration(const std::vector<FlowPoint>& rows) {
   std::vector<FlowPoint> most;
   for (const FlowPoint& row : rows) {
@@ -333,7 +334,7 @@ Result<FlowTable> MakeFlowTable(std::vector<FlowPoint> points) {
   FlowTable table;
   table.rows = Merged(std::move(points));
   const auto count = static_cast<double>(table.rows.size());
-  double sum = 0, u = 0, half = 0;  // as if all rows erred alike: much of it comes of one printer
+  double sum = 0, u = 0, half = 0;  // errors fully correlated: most come from one printer
   for (const FlowPoint& row : table.rows) {
     const Quantity& value = row.pressure_advance_s;
     sum += value.value / count;

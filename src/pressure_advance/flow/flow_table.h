@@ -10,7 +10,7 @@
 
 namespace trammel::pressure_advance {
 
-/// The filament that must be stored at a steady flow q, A(q).
+/// Form of A(q), the filament stored at a steady flow q.
 enum class AdvanceForm {
   kPower,       ///< offset · q^shape: shear thinning, in the units of mm³ and s
   kTanh,        ///< linear · q + offset · tanh(q / shape)
@@ -25,7 +25,7 @@ struct AdvanceLaw {
   Interval shape95;       ///< shapes that fit as well, within those that were tried
 };
 
-/// A value that was measured between two flows, and what it is known to.
+/// Value measured between two flows, with its uncertainty.
 struct AdvanceValue {
   double slow_mm3_s = 0;  ///< >= 0
   double fast_mm3_s = 0;  ///< > slow_mm3_s
@@ -34,60 +34,60 @@ struct AdvanceValue {
 };
 
 struct AdvanceLaws {
-  /// Of the power law. 1: the lag is the same at all flows, one value is right everywhere.
+  /// Exponent of the power law. 1: the lag is the same at all flows, one value is right everywhere.
   Measured exponent;
   bool bends = false;  ///< the exponent's 95 % interval leaves out 1
-  /// The better of the two forms that firmware knows; present where three flows or more were
-  /// measured and the law bends.
+  /// Better of the two forms that firmware supports; present if at least three flows were measured
+  /// and the law is curved.
   std::optional<AdvanceLaw> firmware;
-  double greatest_miss_s = 0;  ///< of a value from what `firmware` says between its flows
+  double greatest_miss_s = 0;  ///< maximum error of `firmware` between its flows
 };
 
-/// Weighted least squares for each of many shapes; the interval holds those whose chi-square is
-/// within 1.96² of the least, more where values scatter beyond their sigmas.
+/// Fits by weighted least squares for each of many shapes. The interval contains those whose
+/// chi-square is within 1.96² of the minimum, more if values scatter beyond their sigmas.
 /// Verdicts of the exponent: cannot_tell with fewer than two flows (1.1 times apart at least), or
-/// where any exponent fits as well.
+/// if any exponent fits equally well.
 [[nodiscard]] AdvanceLaws FitAdvanceLaws(const std::vector<AdvanceValue>& values);
 
 /// One calibration, or several under the same conditions.
 struct FlowPoint {
-  double flow_mm3_s = 0;          ///< of the fast stretch, > 0
-  double slow_flow_mm3_s = 0;     ///< of the slow stretches, >= 0
+  double flow_mm3_s = 0;          ///< of the fast segment, > 0
+  double slow_flow_mm3_s = 0;     ///< of the slow segments, >= 0
   double acceleration_mm_s2 = 0;  ///< > 0
   Quantity pressure_advance_s;
-  int count = 1;  ///< of calibrations
+  int count = 1;  ///< number of calibrations
 };
 
-/// What flow or acceleration makes of the value.
+/// Trend of the value over flow or acceleration.
 struct FlowTrend {
   Measured per_unit;         ///< s per mm³/s, or s for each doubling of the acceleration
-  bool significant = false;  ///< its 95 % interval leaves out 0
+  bool significant = false;  ///< true if its 95 % interval excludes 0
 };
 
 struct FlowTable {
   std::vector<FlowPoint> rows;  ///< by acceleration, then flow; no two under the same conditions
-  /// For a printer that takes one value: the mean of the rows. Its uncertainty is theirs in the
-  /// mean, as if they erred alike; what it leaves wrong under the single conditions is
+  /// Mean of the rows, for a printer that takes one value. Its uncertainty is the mean of theirs,
+  /// as for fully correlated errors; the largest error under single conditions is
   /// `greatest_miss_s`.
   Quantity single_s;
-  double greatest_miss_s = 0;  ///< of a row's value from `single_s`
+  double greatest_miss_s = 0;  ///< maximum row deviation from `single_s`
   FlowTrend over_flow;
   FlowTrend over_acceleration;
-  /// How the value goes with flow: of all rows, or of one acceleration's where that matters, too.
+  /// Models of the value over flow: of all rows, or of one acceleration's if that matters, too.
   AdvanceLaws laws;
-  std::optional<double> laws_acceleration_mm_s2;  ///< that one
+  std::optional<double> laws_acceleration_mm_s2;  ///< that acceleration
   std::vector<std::string> notices;
 };
 
-/// Combines points under the same conditions (within 2 %; means by their uncertainties, which grow
-/// where they scatter more than they state) and fits how the value changes: one slope over flow for
-/// all accelerations, one over the logarithm of acceleration for all flows; and a law of flow
+/// Combines points under the same conditions (within 2 %; means weighted by their uncertainties,
+/// which grow if the points scatter more than stated). Fits the value's trend: one slope over flow
+/// for all accelerations, one over the logarithm of acceleration for all flows; and a law of flow
 /// (FitAdvanceLaws).
 /// Errors (kInput): no point; a flow or acceleration that is no positive number.
 [[nodiscard]] Result<FlowTable> MakeFlowTable(std::vector<FlowPoint> points);
 
-/// Rows that OrcaSlicer's adaptive pressure advance keeps: those of accelerations with two flows at
-/// least.
+/// Returns the rows that OrcaSlicer's adaptive pressure advance accepts: those of accelerations
+/// with at least two flows.
 [[nodiscard]] std::vector<FlowPoint> AdaptiveRows(const FlowTable& table);
 
 }  // namespace trammel::pressure_advance

@@ -67,8 +67,8 @@ TEST(FlowTable, SaysHowTheValueChangesAndWhetherItDoes) {
   EXPECT_THAT(AdaptiveRows(*table), SizeIs(9));
 }
 
-// Of filaments that do not depend on flow 5 % are meant to be said to; of those that do, nearly
-// all.
+// Filaments independent of flow are reported as dependent in 5 % by design; dependent ones nearly
+// always.
 TEST(FlowTable, TrendsAreSeenWhereTheyAreThereAndRarelyWhereNot) {
   constexpr int kWorlds = 2000;
   for (const double slope : {0.0, -0.0006}) {

@@ -17,7 +17,7 @@ struct Row {
   bool seen = false;
 };
 
-/// Rows beyond the picture belong to the plate.
+/// Rows beyond the picture count as plate.
 Row RowAt(const HeightMap& heights, std::size_t frame, int row) {
   if (row < 0 || row >= static_cast<int>(heights.rows)) {
     return {0, 0, true};
@@ -69,7 +69,7 @@ BeadSection CutSection(const PlateHeights& plate, std::size_t frame) {
     Row right = row;
     while (!left.seen) left = RowAt(plate.heights, frame, --below);
     while (!right.seen) right = RowAt(plate.heights, frame, ++above);
-    // A bridge that leaves the band rests on the plate at the band's edge.
+    // An interpolation that leaves the band ends on the plate at the band's edge.
     if (below < first) left = {0, right.variance, true};
     if (above > last) right = {0, left.variance, true};
     below = std::max(below, first - 1);
@@ -85,17 +85,17 @@ BeadSection CutSection(const PlateHeights& plate, std::size_t frame) {
 namespace {
 
 constexpr std::size_t kFewestFrames = 12;
-constexpr double kFlankLevel = 0.3;   ///< of the bead's height, where its flank is placed
+constexpr double kFlankLevel = 0.3;   ///< of the bead's height, where the flank is located
 constexpr double kFlankNoise = 2;     ///< sigmas of a row that a flank stands above at least
-constexpr double kMarginRows = 1.5;   ///< from the flank's place to its foot
-constexpr double kNarrowestRows = 4;  ///< of half a bead
+constexpr double kMarginRows = 1.5;   ///< flank position to foot of the flank
+constexpr double kNarrowestRows = 4;  ///< per half bead
 constexpr double kFollowedRows = 2;   ///< beyond its line, from where a flank is followed
-constexpr double kLeastSpread = 0.1;  ///< of the areas, that shows how flanks go with them
+constexpr double kLeastSpread = 0.1;  ///< spread of areas required to correct flanks
 constexpr double kLeastArea = 0.1;    ///< over the median, down to which a flank is followed
 constexpr double kMostArea = 3;       ///< and up to which
 
-/// Where the bead's own flanks cross the level, walking down from the band's centre; none where
-/// the centre does not stand above it.
+/// Finds the level crossings of the bead's flanks, descending from the band's centre; none if the
+/// centre is not above the level.
 std::optional<Interval> FlanksOf(const BeadSection& section, double noise_px) {
   const auto count = static_cast<std::ptrdiff_t>(section.height.size());
   std::vector<double> smooth;
@@ -113,13 +113,13 @@ std::optional<Interval> FlanksOf(const BeadSection& section, double noise_px) {
   const auto walk = [&](std::ptrdiff_t step) {
     std::ptrdiff_t i = centre;
     while (at(i) > level) i += step;
-    const double beyond = (level - at(i)) / (at(i - step) - at(i));  // of a row, back to the level
+    const double beyond = (level - at(i)) / (at(i - step) - at(i));  // in rows, back to the level
     return section.first_row + static_cast<double>(i) - static_cast<double>(step) * beyond;
   };
   return Interval{walk(-1), walk(1)};
 }
 
-/// A flank's distance from the centre over the area, which never falls, nor rises faster than the
+/// Flank's distance from the centre over the area, which never falls, nor rises faster than the
 /// area itself.
 class FlankLine {
  public:
@@ -149,8 +149,8 @@ class FlankLine {
   double slope_ = 0;
 };
 
-/// One end of a range: the line's flank, or the bead's own where that stands up further, and the
-/// margin, within the band.
+/// Returns one end of a range: the line's flank, or the bead's own if that extends further, plus
+/// the margin, within the band.
 double EndOf(double line, std::optional<double> own, double band) {
   double end = line;
   if (own && *own > line + kFollowedRows) end = *own;
@@ -179,7 +179,7 @@ std::vector<Interval> FindReach(std::span<const BeadSection> sections,
   std::sort(high.begin(), high.end());
   const FlankLine low_line(low);
   const FlankLine high_line(high);
-  // The whole band's area, which the plate makes noisy, tells the size well enough to begin.
+  // The whole band's area, which the plate makes noisy, is good enough as an initial size.
   for (int pass = 0; pass < 2; ++pass) {
     for (std::size_t f = 0; f < sections.size(); ++f) {
       if (!tells[f]) continue;

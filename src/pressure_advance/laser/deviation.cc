@@ -27,14 +27,14 @@ std::array<double, 256> Weights() {
   return weight;
 }
 
-/// The cubic's lowest point strictly inside [lo, hi], if that is lower than both ends.
+/// Returns the cubic's minimum strictly inside [lo, hi], if it is lower than both ends.
 std::optional<double> MinimumInside(const std::vector<double>& c, double lo, double hi) {
   const auto value = [&](double p) { return c[0] + p * (c[1] + p * (c[2] + p * c[3])); };
   const double discriminant = c[2] * c[2] - 3 * c[1] * c[3];
   if (discriminant < 0) {
     return std::nullopt;
   }
-  // 3 c3 p^2 + 2 c2 p + c1 = 0, in the form that does not cancel.
+  // Solves 3 c3 p^2 + 2 c2 p + c1 = 0 without cancellation.
   const double q = -(c[2] + std::copysign(std::sqrt(discriminant), c[2]));
   std::optional<double> best;
   for (const double p : {q != 0 ? c[1] / q : NAN, c[3] != 0 ? q / (3 * c[3]) : NAN}) {
@@ -47,7 +47,7 @@ std::optional<double> MinimumInside(const std::vector<double>& c, double lo, dou
   return best;
 }
 
-/// Fits in u = (p - middle) / half range, where the powers are as independent as they get, and
+/// Fits in u = (p - middle) / half range, which minimises the correlation of the powers, and
 /// expands to powers of p.
 void FitCubic(const std::vector<double>& p, const std::vector<double>& score,
               DeviationResult& result) {

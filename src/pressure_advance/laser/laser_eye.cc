@@ -38,17 +38,18 @@ void ShareScatter(std::span<LineProfile> lines) {
 
 namespace {
 
-/// Share of the band that may be bridged in one piece.
+/// Maximum share of the band that may be interpolated in one piece.
 constexpr double kLongestBridge = 1.0 / 3;
 
-/// Whether a frame shows its bead's whole section.
+/// True if a frame shows its bead's whole section.
 bool Shown(const PlateHeights& plate, std::size_t frame, const BeadSection& section) {
   const auto rows = static_cast<double>(section.height.size());
   return plate.plate_sigma_px[frame] > 0 && !plate.cut_off[frame] &&
          section.longest_bridge <= kLongestBridge * rows;
 }
 
-/// Where the heights cross `level`, outermost on both sides, in rows; 0 where nothing rises so far.
+/// Computes the width at `level` between the outermost crossings, in rows; 0 if nothing rises so
+/// high.
 double WidthAt(const std::vector<double>& height, double level) {
   const auto above = [&](std::size_t i) { return height[i] > level; };
   std::size_t first = 0;
@@ -97,17 +98,18 @@ ProfileSample MeasureFrame(const PlateHeights& plate, const SectionScale& scale,
                  std::sqrt(variance) * scale.length_per_row * scale.height_per_px};
   const double top_sigma = plate.noise_px * std::sqrt(std::min(1.0, plate.row_correlation / 3));
   sample.height = {top * scale.height_per_px, top_sigma * scale.height_per_px};
-  // Below three sigmas there is no bead whose edges could be told from noise.
+  // Below three sigmas a bead's edges cannot be distinguished from noise.
   const double level = std::max(0.2 * top, 3 * plate.noise_px);
   sample.width.value = WidthAt(section.height, level) * scale.length_per_row;
-  // Each edge is where a flank of about the bead's height per bead's height crosses the level.
+  // Each edge is the crossing of the level by a flank with a slope of about one bead height per
+  // bead height.
   sample.width.sigma = scale.length_per_row * std::sqrt(2.0) * std::max(0.5, plate.noise_px);
   return sample;
 }
 
-/// Scales the areas' sigmas to the scatter from frame to frame: the bead's own texture and speckle
-/// are not seen on the plate, from which the rows' sigmas come, and a plate's texture is not on the
-/// bead. Second differences are blind to slow changes of the bead.
+/// Scales the areas' sigmas to the scatter from frame to frame: the rows' sigmas come from the
+/// plate, which does not show the bead's own texture and speckle, nor the bead the plate's texture.
+/// Second differences ignore slow changes of the bead.
 void ScaleToScatter(std::vector<ProfileSample>& samples) {
   constexpr double kLeast = 0.4;  // neighbours that share noise differ by less than it
   std::vector<double> pulls;
@@ -142,7 +144,7 @@ std::vector<ProfileSample> MeasureBead(const PlateHeights& plate, const SectionS
   std::vector<bool> tells;
   for (std::size_t f = 0; f < plate.heights.frames; ++f) {
     sections.push_back(CutSection(plate, f));
-    // A swell is summed over all of its wider band.
+    // A swell is summed over its whole wider band.
     tells.push_back(Shown(plate, f, sections[f]) && plate.band.half(f) <= plate.band.half_width);
   }
   const std::vector<Interval> reach = FindReach(sections, tells, plate.noise_px);
@@ -177,10 +179,10 @@ Light MeasureLight(std::span<const Frame> frames, std::span<const std::size_t> o
   return light;
 }
 
-/// What no two frames that differ say: no picture at all, or always the same one.
+/// Explains frames that do not differ: no picture at all, or always the same one.
 std::string FrozenFault(std::span<const Frame> frames, std::span<const std::size_t> order) {
   const Light light = MeasureLight(frames, order);
-  constexpr int kPlain = 10;  // of 255: no picture at all
+  constexpr int kPlain = 10;  // of 255: a blank picture
   if (light.brightest - light.darkest >= kPlain) {
     return fmt::format("all {} frames are the same picture; the camera or the machine did not move",
                        order.size());
@@ -195,9 +197,9 @@ std::string FrozenFault(std::span<const Frame> frames, std::span<const std::size
       light.darkest, light.brightest);
 }
 
-/// Keeps a frame unless it lies past the ends of the line.
+/// Adds a frame unless it is past the ends of the line.
 void Keep(std::size_t frame, double position_mm, const Scan& scan, SweepReading& reading) {
-  // A hundredth of a frame's step is rounding, not being past the end.
+  // A hundredth of a frame's step past the end is rounding.
   const double slack_mm = 0.01 * scan.scan_speed_mm_s / scan.frames_per_s;
   if (position_mm < -slack_mm || position_mm > scan.motion.length_mm.value_or(0) + slack_mm) {
     ++reading.off_line_frames;
@@ -207,7 +209,7 @@ void Keep(std::size_t frame, double position_mm, const Scan& scan, SweepReading&
   reading.heights.position_mm.push_back(position_mm);
 }
 
-/// The frames to score: in motion and on the line, in print direction.
+/// Chooses the frames to score: in motion and on the line, in print direction.
 void ChooseFrames(std::span<const Frame> frames, const Scan& scan, const ScanLine& line,
                   SweepReading& reading) {
   const std::vector<std::size_t> placed = PlacedFrames(line, frames.size());
@@ -223,7 +225,7 @@ void ChooseFrames(std::span<const Frame> frames, const Scan& scan, const ScanLin
       Keep(i, position[i], scan, reading);
     }
   } else {
-    // Whoever gave the positions has left out where the head stood, by what the machine said.
+    // The positions already exclude frames at rest, by the machine's report.
     reading.unplaced_frames = frames.size() - placed.size();
     for (const std::size_t i : placed) {
       Keep(i, *line.frame_positions_mm[i], scan, reading);
@@ -235,7 +237,7 @@ void ChooseFrames(std::span<const Frame> frames, const Scan& scan, const ScanLin
   }
 }
 
-/// Frames spread over the sweep, from which the stripe's looks are learnt.
+/// Returns frames spread over the sweep, from which the stripe's appearance is estimated.
 std::vector<BgrView> ModelFrames(std::span<const Frame> frames,
                                  const std::vector<std::size_t>& chosen,
                                  const LaserEyeOptions& options) {
@@ -269,7 +271,7 @@ HeightMap FindLines(std::span<const Frame> frames, SweepReading& reading,
   return lines;
 }
 
-/// Why the sweep shows no laser; empty where it does.
+/// Returns why the sweep shows no laser; empty if it does.
 std::string LaserFault(const HeightMap& lines, const SweepReading& reading,
                        const LaserEyeOptions& options, std::span<const Frame> frames) {
   const vision::StripeModel& stripe = reading.stripe;
@@ -296,7 +298,7 @@ std::string LaserFault(const HeightMap& lines, const SweepReading& reading,
       std::min(stripe.scatter_px, 9999.0F), light.mean, light.darkest, light.brightest);
 }
 
-/// Marks frames whose bead rises to the picture's end, where a line is cut off.
+/// Marks frames whose bead reaches the picture's edge, where the line is cut off.
 void MarkCutTops(const HeightMap& lines, const SweepReading& reading, double sign, int width,
                  PlateHeights& plate) {
   constexpr int kFewestRows = 3;  // fewer are glints
@@ -320,7 +322,7 @@ SectionScale ScaleOf(const Scan& scan) {
   return {mm_per_px, mm_per_px / tangent};
 }
 
-/// Samples in print order; a frame at the same place as the one before it adds nothing new.
+/// Fills samples in print order; skips a frame at the position of the one before it.
 void FillSamples(std::vector<ProfileSample> samples, const HeightMap& heights,
                  LineProfile& profile) {
   for (std::size_t f = 0; f < samples.size(); ++f) {

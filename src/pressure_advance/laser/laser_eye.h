@@ -15,18 +15,19 @@
 
 namespace trammel::pressure_advance {
 
-/// Draws each area's sigma half way (geometric mean), by a factor of 1.5 at most, to the median
+/// Shrinks each area's sigma half way (geometric mean), by a factor of 1.5 at most, to the median
 /// over the scan's lines of their median sigmas.
 ///
-/// A frame's foretold noise and a line's scatter, told from some thirty differences, are themselves
-/// uncertain by about as much as they differ within a scan of one filament on one plate: as weights
-/// they cost more than they tell. What lies far off (a string across a line) stays so.
-/// @param lines  of one scan, all measured in the same unit; samples that are not seen stay so.
+/// A frame's predicted noise and a line's scatter, from some thirty differences, are uncertain.
+/// Their errors are about as large as their variation within a scan of one filament on one plate:
+/// as weights they would do more harm than good. A far outlier (a string across a line) remains
+/// one.
+/// @param lines  of one scan, all measured in the same unit; unseen samples are unchanged.
 void ShareScatter(std::span<LineProfile> lines);
 
 struct LaserEyeOptions {
-  /// Rows stand for themselves: the area averages over them anyway, and a bead of a few rows must
-  /// not be blunted. A narrow filter keeps the plate's light out of the bead's rows.
+  /// No smoothing over rows: the area averages over them anyway, and a bead of a few rows must not
+  /// be blurred. A narrow filter keeps the plate's light out of the bead's rows.
   vision::LaserLineOptions line{.row_smoothing = 0, .as_good = 1.15};
   double least_contrast = 3;  ///< of a laser line against what is beside it, in noise sigmas; the
                               ///< best path through pure noise reaches 2
@@ -34,7 +35,7 @@ struct LaserEyeOptions {
   std::size_t fewest_frames = 8;  ///< >= 3; in a sweep, on the line and in motion
 };
 
-/// What the eye read from one sweep, in print direction whichever way it was swept.
+/// Profile and heights from one sweep, in print direction whichever way it was swept.
 struct SweepReading {
   LineProfile profile;
   HeightMap heights;  ///< relative to the plate; empty where the line is unusable
@@ -47,19 +48,18 @@ struct SweepReading {
   std::size_t cut_off_frames = 0;   ///< gaps because the bead reaches out of the picture
 };
 
-/// Turns a frame so that the laser line runs down it: a copy for lines that move along x, the
+/// Rotates a frame so that the laser line runs down it: a copy for lines that move along x, the
 /// transpose for those that move along y.
 void TurnUpright(const BgrView& view, AxisDirection height_direction, Frame& upright);
 
 /// Reads one sweep.
 ///
-/// Positions: the first frame in motion stands at scan.line_start_mm; frames in which the laser
-/// stands still before it starts or after it stopped are left out, and so are frames past the ends
-/// of the line. Where the line has frame_positions_mm, they hold instead, and frames without one
-/// are not looked at.
-/// @param frames  upright and cropped, in the order of recording; those that are looked at all of
+/// Positions: the first moving frame is at scan.line_start_mm. Frames in which the laser is at rest
+/// before the start or after the stop are omitted, and so are frames past the line's ends. If the
+/// line has frame_positions_mm, these apply instead, and frames without one are not read.
+/// @param frames  upright and cropped, in the order of recording; those that are read all of
 ///                one size. As many as the line has positions, if it has any.
-/// A sweep that holds no laser, no bead or too few frames comes back with profile.unusable.
+/// A sweep with no laser, no bead or too few frames has profile.unusable.
 [[nodiscard]] SweepReading ReadSweep(std::span<const Frame> frames, const Scan& scan,
                                      const ScanLine& line, const LaserEyeOptions& options,
                                      vision::LaserLineWorkspace& workspace);

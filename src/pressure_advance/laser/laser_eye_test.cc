@@ -37,7 +37,7 @@ SweepReading Read(const std::vector<Frame>& frames, const Scan& scan) {
   return ReadSweep(frames, scan, scan.lines[0], {}, workspace);
 }
 
-/// From starved to overfed and a break, in steps of ten frames.
+/// Areas from starved to overfed and a break, in steps of ten frames.
 const std::vector<double> kAreas{0.10, 0.06, 0.03, 0.0, 0.10, 0.13, 0.16, 0.20, 0.10, 0.10};
 
 std::vector<Frame> DrawSteps(const LaserWorld& world, Random& random) {
@@ -286,7 +286,7 @@ TEST(LaserEye, ReadsASwellWholeOrSaysThatItIsCutOff) {
   large.height = 110;
   large.plate_column_px = 65;
   large.bead_row_px = 52;
-  LaserWorld flat = large;  // what is squeezed out goes sideways
+  LaserWorld flat = large;  // surplus material spreads sideways
   flat.highest_mm = 0.35;
   flat.tilt = -0.06;
   Scan scan;
@@ -313,7 +313,7 @@ TEST(LaserEye, ReadsASwellWholeOrSaysThatItIsCutOff) {
         double base = 0;
         for (std::size_t f = 5; f < 25; ++f) base += samples[f].area.value / 20;
         std::size_t cut_off = 0;
-        double error = 0;  // of the sum over the swell
+        double error = 0;  // of the sum over the bulge
         double sum = 0;
         for (std::size_t f = 0; f < samples.size(); ++f) {
           EXPECT_EQ(samples[f].gap, samples[f].cut_off) << what;
@@ -328,7 +328,7 @@ TEST(LaserEye, ReadsASwellWholeOrSaysThatItIsCutOff) {
         }
         EXPECT_NEAR(error, 0, 0.02 * sum) << what;
         EXPECT_EQ(reading.cut_off_frames, cut_off) << what;
-        // Of the largest section.
+        // Dimensions of the largest section.
         const double height_mm = std::min(std::sqrt(0.075 * times), world.highest_mm);
         const double half_px = 44 * 0.075 * times / height_mm;
         const double rise_px = 44 * height_mm;

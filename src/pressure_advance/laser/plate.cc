@@ -11,16 +11,16 @@
 namespace trammel::pressure_advance {
 namespace {
 
-/// What the mean of a row over three frames must exceed to be bead rather than plate.
+/// Computes the threshold of a row's mean over three frames, above which it is bead, not plate.
 double ClearHeight(double noise_px, double peak_px) {
   return std::max(3 * noise_px / std::sqrt(3.0), 0.15 * peak_px);
 }
 
-/// A row so far from the bead's centre over a frame and those next to it.
+/// Row at a distance from the bead's centre, over a frame and its neighbours.
 struct Neighbourhood {
   bool in_picture = true;
   int seen = 0;     ///< frames that see the row
-  double mean = 0;  ///< of their heights; 0 where none does
+  double mean = 0;  ///< mean of their heights; 0 if none
 
   [[nodiscard]] bool tells() const { return in_picture && seen >= 2; }
 };
@@ -109,7 +109,7 @@ void FollowBead(const HeightMap& heights, double peak_px, BeadBand& band) {
 }
 
 void WidenBand(const HeightMap& heights, double noise_px, double peak_px, BeadBand& band) {
-  // Whatever happens, a quarter of the rows stays with the plate.
+  // A quarter of the rows is always reserved for the plate.
   const int reach = static_cast<int>(3 * heights.rows / 8);
   const double clear = ClearHeight(noise_px, peak_px);
   std::vector<double> sample;
@@ -137,7 +137,7 @@ std::vector<bool> FollowSwells(const HeightMap& heights, double noise_px, double
                                BeadBand& band) {
   const double clear = ClearHeight(noise_px, peak_px);
   const auto rows = static_cast<int>(heights.rows);
-  constexpr int kFootRows = 2;  // where a swell's flank runs out below what is clear
+  constexpr int kFootRows = 2;  // foot of a bulge, below the clear height
   const int base = static_cast<int>(band.half_width);
   std::vector<double> swell(heights.frames);
   std::vector<bool> cut_off(heights.frames);
@@ -165,7 +165,8 @@ namespace {
 /// A plate's level drifts with the bed over millimetres; frames are fractions of one.
 constexpr std::size_t kTrendReach = 12;
 
-/// Local straight-line trend of the level at frame f over its neighbours, itself included.
+/// Returns the local straight-line trend of the level at frame f over its neighbours, itself
+/// included.
 double Trend(const Plate& plate, std::size_t f) {
   const std::size_t lo = f > kTrendReach ? f - kTrendReach : 0;
   const std::size_t hi = std::min(plate.level.size() - 1, f + kTrendReach);
@@ -179,12 +180,13 @@ double Trend(const Plate& plate, std::size_t f) {
   if (x.size() < 5) {
     return plate.level[f];
   }
-  // Fit about the middle of the points: LMedS for who belongs, then its own least squares step.
+  // Fits about the centre of the points: LMedS rejects outliers, followed by its own least squares
+  // step.
   return geometry::FitRobustLine(x, y, scratch).at(0);
 }
 
-/// Variance of a level, from how its sides differ from one frame to the next, which a bed's twist
-/// does not change; 0 where too few frames show both.
+/// Returns the variance of a level, from the frame-to-frame changes of the difference of its sides,
+/// which a bed's twist does not affect; 0 if too few frames show both.
 double NoiseOfSides(const Plate& plate) {
   std::vector<double> steps;
   for (std::size_t f = 1; f < plate.sides.size(); ++f) {
@@ -212,7 +214,7 @@ void ShrinkToTrend(double row_correlation, Plate& plate) {
   }
   const double seen = RobustStandardDeviation(off);
   const double noise = std::max(Median(predicted), NoiseOfSides(plate));
-  // Twice the noise in variance passes as noise: the prediction is no better than that.
+  // Up to twice the predicted variance counts as noise: the prediction is no better than that.
   const double keep = seen * seen > 2 * noise ? 1 - noise / (seen * seen) : 0;
   for (std::size_t f = 0; f < plate.level.size(); ++f) {
     if (plate.sigma[f] > 0) {
@@ -227,8 +229,8 @@ void ShrinkToTrend(double row_correlation, Plate& plate) {
 
 namespace {
 
-/// Frames whose level may be held up: those with a swell, and those that stand above the straight
-/// line through all levels.
+/// Finds frames whose level may be raised: those with a swell, and those above the straight line
+/// through all levels.
 std::vector<bool> Suspects(const BeadBand& band, double least_px, const Plate& plate) {
   const std::size_t frames = plate.level.size();
   std::vector<bool> suspect(frames);
@@ -250,7 +252,7 @@ std::vector<bool> Suspects(const BeadBand& band, double least_px, const Plate& p
   return suspect;
 }
 
-/// A level from the nearest frames that are not under suspicion.
+/// Level from the nearest frames that are not suspect.
 struct Bridge {
   double level = 0;
   double scatter_px = 0;
@@ -258,7 +260,7 @@ struct Bridge {
 };
 
 Bridge BridgeAt(std::size_t frame, const std::vector<bool>& suspect, const Plate& plate) {
-  std::vector<std::pair<std::size_t, std::size_t>> near;  // by distance
+  std::vector<std::pair<std::size_t, std::size_t>> near;  // sorted by distance
   for (std::size_t f = 0; f < suspect.size(); ++f) {
     if (!suspect[f] && plate.sigma[f] > 0) near.emplace_back(f > frame ? f - frame : frame - f, f);
   }

@@ -1,4 +1,4 @@
-// Estimates the plate and the bead's band in a sweep's laser lines.
+// Estimates the plate and the bead's band from a sweep's laser lines.
 #pragma once
 
 #include <cstddef>
@@ -23,13 +23,13 @@ struct HeightMap {
   }
 };
 
-/// Everything the laser eye keeps of a recording beside the line profiles.
+/// Further data of the laser reader about a recording, beside the line profiles.
 struct LaserScanView {
   std::vector<HeightMap> heights;        ///< per line, by the response eye, relative to the plate
   std::vector<HeightMap> paper_heights;  ///< per line, by the paper's method
 };
 
-/// The rows of one frame that the bead may cover: centre ± half().
+/// Rows of one frame that the bead may cover: centre ± half().
 struct BeadBand {
   double first_centre = 0;    ///< bead's centre row in the first frame
   double drift = 0;           ///< rows per frame (a sweep not quite along the line)
@@ -45,10 +45,10 @@ struct BeadBand {
   }
 };
 
-/// Whether a row lies clear of the bead.
+/// True if a row is clear of the bead.
 [[nodiscard]] bool OnPlate(const BeadBand& band, std::size_t frame, std::size_t row);
 
-/// The median over the frames of each row's height above the plate.
+/// Median over the frames of each row's height above the plate.
 struct TypicalFrame {
   std::vector<double> height;  ///< px; 0 in rows seldom seen
   std::vector<bool> seen;
@@ -59,32 +59,32 @@ struct FoundBand {
   double peak_px = 0;  ///< the bead's height in the typical frame; 0: no bead
 };
 
-/// The highest place of the typical frame and what stands up around it.
+/// Finds the highest point of the typical frame and the raised rows around it.
 [[nodiscard]] FoundBand FindBand(const TypicalFrame& typical);
 
-/// How the bead's centre wanders over the rows, from frames with a clear bead.
+/// Follows the bead's centre over the rows, in frames with a clear bead.
 /// @param heights  above the plate.
 void FollowBead(const HeightMap& heights, double peak_px, BeadBand& band);
 
-/// Widens the band to what nearly all of the sweep's beads cover: outwards from the centre as long
-/// as one frame in twenty, averaged with its neighbours, clearly stands above the plate. A quarter
-/// of the rows stays with the plate.
+/// Widens the band to the rows that nearly all of the sweep's beads cover: outwards from the centre
+/// as long as one frame in twenty, averaged with its neighbours, is clearly above the plate. A
+/// quarter of the rows is reserved for the plate.
 /// @param noise_px  1 sigma of one row's height.
 void WidenBand(const HeightMap& heights, double noise_px, double peak_px, BeadBand& band);
 
-/// Widens the band in single frames as far as a swell stands above the plate beyond it, averaged
-/// with the frames next to it.
+/// Widens the band in single frames as far as a swell beyond it is above the plate, averaged with
+/// the neighbouring frames.
 /// @param noise_px  1 sigma of one row's height.
-/// @returns per frame: the bead still stands above the plate at an end of the picture.
+/// @returns per frame: true if the bead is above the plate even at an end of the picture.
 [[nodiscard]] std::vector<bool> FollowSwells(const HeightMap& heights, double noise_px,
                                              double peak_px, BeadBand& band);
 
-/// The plate in one sweep: level(frame) + slope · (row - pivot).
+/// Plate in one sweep: level(frame) + slope · (row - pivot).
 struct Plate {
   double slope = 0;
   double pivot = 0;
   std::vector<double> level;
-  std::vector<double> sigma;  ///< of the level; 0: this frame does not show it
+  std::vector<double> sigma;  ///< sigma of the level; 0: not seen in this frame
   std::vector<double> sides;  ///< what the level errs by, from the plate on the bead's two sides
                               ///< against each other; NaN: this frame shows one of them at most
 
@@ -93,21 +93,21 @@ struct Plate {
   }
 };
 
-/// Draws the levels towards their trend as far as their scatter about it is noise: what the rows'
-/// sigmas foretell, or what the bead's two sides differ by where that is more, as glints and a
-/// texture as wide as the plate shown beside the bead make it.
+/// Shrinks the levels towards their trend by the share of noise in their scatter. The noise is that
+/// predicted by the rows' sigmas, or the difference between the bead's two sides if larger. Glints
+/// cause such differences, and so does a texture as wide as the visible plate.
 /// @param row_correlation  variance of a sum over rows / sum of the rows' stated variances.
 void ShrinkToTrend(double row_correlation, Plate& plate);
 
-/// Replaces levels that a swell holds up: where the bead reaches nearly to the picture's ends, the
-/// rows beside its band are bead, too. Frames with a swell, or far above the sweep's straight line,
-/// are held against the trend of the others; beyond noise and a sixth of the bead's height they
-/// take that.
+/// Replaces levels raised by a swell: if the bead reaches nearly to the picture's ends, the rows
+/// beside its band are bead, too. Frames with a swell, or far above the sweep's straight line, are
+/// compared with the trend of the others. Where they exceed noise and a sixth of the bead's height,
+/// the trend replaces them.
 /// @param peak_px  the bead's height in the typical frame.
-/// @returns per frame: the level was replaced.
+/// @returns per frame: true if the level was replaced.
 [[nodiscard]] std::vector<bool> BridgeSwells(const BeadBand& band, double peak_px, Plate& plate);
 
-/// What a sweep's laser lines say once the plate is known.
+/// Heights from a sweep's laser lines, for a known plate.
 struct PlateHeights {
   HeightMap heights;  ///< relative to the plate, rising surface positive
   BeadBand band;
@@ -117,14 +117,14 @@ struct PlateHeights {
   double row_correlation = 1;  ///< variance of a sum over rows / sum of variances, on the plate
   double noise_px = 0;         ///< typical 1 sigma of one row
   double bead_px = 0;          ///< height of the bead, mean over the sweep, at its centre
-  std::string fault;           ///< why there is no bead in here; the rest is then unfinished
+  std::string fault;           ///< why there is no bead; other fields are then incomplete
 };
 
 /// Finds plate and bead in a sweep's laser lines.
 ///
-/// The plate's slope is common to the sweep; its level is fitted per frame from the rows beside the
-/// bead and drawn towards its own trend as far as its scatter is no more than noise. Sigmas are
-/// scaled to the scatter seen on the plate.
+/// The plate's slope is common to the sweep. Its level is fitted per frame from the rows beside the
+/// bead and shrunk towards its own trend as far as its scatter is only noise. Sigmas are scaled to
+/// the scatter seen on the plate.
 /// @param lines  height_px is the line's column times the sign that makes rising surfaces positive.
 [[nodiscard]] PlateHeights FindPlate(const HeightMap& lines);
 

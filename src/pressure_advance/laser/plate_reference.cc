@@ -10,10 +10,11 @@
 namespace trammel::pressure_advance {
 namespace {
 
-/// Fewest rows of plate that fix its level in one frame.
+/// Minimum number of plate rows that determine its level in one frame.
 constexpr std::size_t kFewestPlateRows = 4;
 
-/// Level and slope of each frame by itself, good to where the bead covers less than half the rows.
+/// Returns level and slope of each frame separately, valid if the bead covers less than half the
+/// rows.
 Plate CoarsePlate(const HeightMap& lines) {
   Plate plate;
   plate.pivot = 0.5 * static_cast<double>(lines.rows);
@@ -59,8 +60,8 @@ TypicalFrame MedianFrame(const HeightMap& lines, const Plate& plate) {
   return result;
 }
 
-/// Where the typical frame's line leaves the straight line: refits the plate's slope and level
-/// through the medians, and takes the lower part where the bead held the majority.
+/// If the typical frame's line is not straight: refits the plate's slope and level through the
+/// medians, and takes the lower part where the bead had the majority.
 void RefitThroughMedians(const TypicalFrame& typical, Plate& plate) {
   std::vector<double> rows, heights, scratch;
   for (std::size_t r = 0; r < typical.height.size(); ++r) {
@@ -98,19 +99,21 @@ void RefitThroughMedians(const TypicalFrame& typical, Plate& plate) {
   }
 }
 
-/// The plate on one side of the bead, weighted.
+/// Plate on one side of the bead, weighted.
 struct Side {
   double weight = 0;
   double sum = 0;
 };
 
-/// The sides' difference, scaled to scatter as their weighted mean does; NaN where one is missing.
+/// Returns the sides' difference, scaled to the scatter of their weighted mean; NaN if one is
+/// missing.
 double Contrast(const Side& low, const Side& high) {
   return (high.sum / high.weight - low.sum / low.weight) * std::sqrt(low.weight * high.weight) /
          (low.weight + high.weight);
 }
 
-/// Per frame the level of the plate beside the bead, robust (Huber by reweighting), and one slope.
+/// Refines the plate's level beside the bead per frame, robustly (Huber by reweighting), and one
+/// slope.
 void RefinePlate(const HeightMap& lines, const BeadBand& band, Plate& plate) {
   std::vector<double> slopes;
   plate.sides.assign(lines.frames, NAN);
@@ -165,8 +168,8 @@ void RefinePlate(const HeightMap& lines, const BeadBand& band, Plate& plate) {
   }
 }
 
-/// Standardised residuals on the plate: their robust scale, and how a sum over rows scatters more
-/// than independent rows would.
+/// Standardised residuals on the plate: their robust scale, and the ratio of a row sum's scatter to
+/// that of independent rows.
 struct PlateNoise {
   double scale = 1;
   double row_correlation = 1;
@@ -250,7 +253,7 @@ PlateHeights FindPlate(const HeightMap& lines) {
     result.noise_px = noise.noise_px;
     result.row_correlation = noise.row_correlation;
     // The median of n frames is good to 1.25 noise / sqrt n; half a row's noise and a quarter pixel
-    // guard against a plate that is not quite straight.
+    // allow for a plate that is not quite straight.
     const double least =
         std::max({0.25, 0.5 * noise.noise_px,
                   6 * noise.noise_px /

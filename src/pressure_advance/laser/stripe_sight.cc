@@ -17,15 +17,15 @@
 namespace trammel::pressure_advance {
 namespace {
 
-constexpr int kFullScale = 250;   // of 255: JPEG does not keep 255
+constexpr int kFullScale = 250;   // of 255: JPEG does not preserve 255
 constexpr int kPlateShare = 5;    // the fifth of the rows at either end has no bead
 constexpr double kLeastPeak = 8;  // grey levels; less is no line
 constexpr double kTop = 0.15;     // of the peak, below it: the middle there is the line's
-// Where answers scatter more, or more lines are refused, over virtual prints (its study):
+// Limits from virtual prints (its study): beyond, answers scatter more or lines are refused.
 constexpr double kWide_mm = 0.4;     // and
 constexpr double kSteep_per_px = 8;  // grey levels per pixel of width: a bright line may be wider
 constexpr double kBurnt_mm = 0.24;
-constexpr double kBurntShare = 0.6;  // of the width: no lens makes that line narrower
+constexpr double kBurntShare = 0.6;  // of the width: optics cannot make it narrower
 constexpr double kDim = 40;          // grey levels
 
 /// Columns of the mean of some rows.
@@ -50,7 +50,8 @@ MeanRow MeanOf(std::span<const BgrView> frames, int first, int end) {
   return mean;
 }
 
-/// How far from its top a profile falls to `level`; to the picture's end where it does not.
+/// Computes a profile's distance from top to `level`; to the picture's end if it does not fall
+/// there.
 double ReachTo(double level, const std::vector<double>& profile, std::ptrdiff_t top,
                std::ptrdiff_t step) {
   const auto size = static_cast<std::ptrdiff_t>(profile.size());
@@ -71,7 +72,7 @@ StripeSight SightOf(const MeanRow& row) {
   const double half = most - 0.5 * sight.peak;
   const double before = ReachTo(half, row.red, top, -1);
   const double behind = ReachTo(half, row.red, top, 1);
-  // A plate's halo lies to one side: the other side's half counts twice.
+  // A plate's halo is on one side: the other side's half counts twice.
   const double high = most - kTop * sight.peak;
   const double middle = 0.5 * (ReachTo(high, row.red, top, 1) - ReachTo(high, row.red, top, -1));
   sight.width_px = 2 * std::min(before + middle, behind - middle);
@@ -96,7 +97,7 @@ StripeSight SeeStripe(std::span<const BgrView> frames) {
 }
 
 std::string FaultOfWidth(const StripeSight& sight, int picture_width_px) {
-  constexpr double kMostShare = 1.0 / 3;  // of the picture: beyond, little is left beside it
+  constexpr double kMostShare = 1.0 / 3;  // of the picture: beyond, little background remains
   if (sight.width_px <= kMostShare * picture_width_px) return {};
   return fmt::format(
       "the laser line is {:.0f} px wide at half its height, too wide for a picture of {} px; {}",
@@ -148,18 +149,18 @@ std::vector<std::string> NoticesOfSight(std::span<const StripeSight> sweeps,
 
 namespace {
 
-/// Rows from which the stripe's looks are learnt; more cost time and teach nothing.
+/// Number of rows from which the stripe's appearance is estimated; more cost time without benefit.
 constexpr int kLearningRows = 180;
 /// Half the crop's rows per row of bead. A swell of six times the typical area that rises to one
-/// and a half times the typical height is four times as wide, and runs out in a foot; the plate
-/// needs room beside it.
+/// and a half times the typical height is four times as wide, with a tapering foot; the plate needs
+/// room beside it.
 constexpr double kRowsPerBeadRow = 2.7;
-/// Columns above the plate per column of bead: a swell that keeps its shape rises by the root of
-/// its area.
+/// Columns above the plate per column of bead: a swell of constant shape rises by the root of its
+/// area.
 constexpr double kColumnsPerBeadColumn = 2.5;
 
-/// The frames' mean, thinned to kLearningRows rows: the laser line stands still in it, all else is
-/// blurred.
+/// Returns the frames' mean, thinned to kLearningRows rows: the laser line is static in it, all
+/// else is blurred.
 Frame MeanFrame(std::span<const Frame> frames) {
   const int step = std::max(1, frames[0].height / kLearningRows);
   Frame mean(frames[0].width, frames[0].height / step);
@@ -176,7 +177,7 @@ Frame MeanFrame(std::span<const Frame> frames) {
   return mean;
 }
 
-/// Per row the median height over the frames, above a straight plate.
+/// Median height of each row over the frames, above a straight plate.
 struct Relief {
   std::vector<double> height;
   geometry::RobustLine plate;  ///< signed column over row
@@ -248,7 +249,7 @@ std::vector<Bead> FindBeads(const Relief& relief) {
   return beads;
 }
 
-/// Rows and columns around one bead, clear of the others, within the frame.
+/// Returns rows and columns around one bead, clear of the others, within the frame.
 PixelRect Around(const Bead& bead, const std::vector<Bead>& beads, const Relief& relief,
                  double stripe_sigma_px, double sign, const Frame& frame) {
   double first = bead.centre() - kRowsPerBeadRow * bead.rows() - 2;
@@ -282,7 +283,7 @@ PixelRect Around(const Bead& bead, const std::vector<Bead>& beads, const Relief&
 FoundCrop FindCrop(std::span<const Frame> frames, AxisDirection height_direction,
                    vision::LaserLineWorkspace& workspace) {
   TRAMMEL_CHECK(!frames.empty(), "no frames");
-  // Narrower, a stripe has no background beside it, and a crop no room.
+  // Below this, a stripe has no background beside it, and a crop no room.
   constexpr int kSmallest_px = 16;
   const int width = frames[0].width;
   const int height = frames[0].height;

@@ -1,4 +1,4 @@
-// Checks how well the laser line is seen, and which rows of a frame show it.
+// Checks the visibility of the laser line, and finds the rows of a frame that show it.
 #pragma once
 
 #include <optional>
@@ -12,35 +12,35 @@
 
 namespace trammel::pressure_advance {
 
-/// The laser line on the plate.
+/// Laser line on the plate.
 struct StripeSight {
-  double width_px = 0;  ///< at half of its height, as its narrower side says; 0: no line
+  double width_px = 0;  ///< full width at half maximum, from its narrower side; 0: no line
   double peak = 0;      ///< grey levels of red over what is beside it
   double burnt_px = 0;  ///< width in which red is at the sensor's full scale, in the mean row
 };
 
-/// Looks at the mean of some frames of a sweep, near their upper and lower ends, where the plate
-/// is: the line stands still there. It asks no finder, which may follow something else.
+/// Examines the mean of some frames of a sweep near their upper and lower ends, where the plate is
+/// and the line does not move. Uses no line finder, which might follow another feature.
 /// @param frames  upright and cropped, at least one, all of one size
 [[nodiscard]] StripeSight SeeStripe(std::span<const BgrView> frames);
 
-/// Why no line could be followed, where one is there but too wide for the picture; else empty.
+/// Returns why no line could be followed, if one is there but too wide for the picture; else empty.
 [[nodiscard]] std::string FaultOfWidth(const StripeSight& sight, int picture_width_px);
 
-/// Says of a scan's laser line, in the median of its sweeps, what spoils or may spoil its readings,
-/// each with the figure behind it and the remedy; nothing of a good one.
-/// @param px_per_mm  absent: no width is judged
+/// Returns warnings about faults of a scan's laser line, in the median of its sweeps, each with its
+/// figure and the remedy; empty for a good line.
+/// @param px_per_mm  absent: the width is not checked
 [[nodiscard]] std::vector<std::string> NoticesOfSight(std::span<const StripeSight> sweeps,
                                                       std::optional<double> px_per_mm);
 
 struct FoundCrop {
-  std::optional<PixelRect> crop;  ///< in the recorded frame's coordinates
-  std::string fault;              ///< why there is none
+  std::optional<PixelRect> crop;  ///< in coordinates of the recorded frame
+  std::string fault;              ///< why there is no crop
 };
 
-/// Finds the laser line, and along it the bead nearest to the picture's middle: the line that is
-/// being scanned stands at the same place in every frame, its neighbours (and the pattern's border)
-/// come and go at the picture's ends.
+/// Finds the laser line, and along it the bead nearest to the picture's centre. The scanned line is
+/// at the same position in every frame, while its neighbours (and the pattern's border) appear and
+/// disappear at the picture's ends.
 /// @param frames  upright (TurnUpright), some ten of one sweep, whole, all of one size.
 [[nodiscard]] FoundCrop FindCrop(std::span<const Frame> frames, AxisDirection height_direction,
                                  vision::LaserLineWorkspace& workspace);

@@ -85,7 +85,7 @@ TEST(StripeSight, EachFaultIsNamedWithItsFigureAndRemedy) {
   LaserWorld off;
   off.plate_amplitude = off.bead_amplitude = 0;
   EXPECT_EQ(See(off, 7).width_px, 0);
-  EXPECT_THAT(Notices(off, 7), IsEmpty());  // that no line is seen says the sweep itself
+  EXPECT_THAT(Notices(off, 7), IsEmpty());  // the sweep itself reports a missing line
 }
 
 TEST(StripeSight, ALineAsWideAsThePictureIsNoMissingLaser) {
@@ -129,7 +129,7 @@ TEST(FindCrop, RefusesAPictureThatIsTooSmallForALaserLineByItsSize) {
     for (const AxisDirection direction : {AxisDirection::kMinusX, AxisDirection::kPlusY}) {
       const FoundCrop found = FindCrop(frames, direction, workspace);
       EXPECT_FALSE(found.crop) << width << "x" << height;
-      // As the video has it: frames are turned upright.
+      // Size as in the video: frames are rotated upright.
       EXPECT_THAT(found.fault, HasSubstr(direction == AxisDirection::kMinusX
                                              ? fmt::format("{}x{} px", width, height)
                                              : fmt::format("{}x{} px", height, width)));

@@ -12,7 +12,7 @@
 namespace trammel::pressure_advance {
 namespace {
 
-/// Draws strokes and keeps the nozzle's state between them: each is reached retracted and lifted.
+/// Draws strokes and tracks the nozzle's state between them: each is reached retracted and lifted.
 class Pen {
  public:
   explicit Pen(const PatternConfig& config)
@@ -22,14 +22,14 @@ class Pen {
         at_{config.bed_origin_x_mm + config.bed_size_x_mm / 2,
             config.bed_origin_y_mm + config.bed_size_y_mm / 2, ApproachZ_mm(config)} {}
 
-  /// What the following moves belong to.
+  /// Sets the labels of the next moves.
   void Begin(int pattern, int line, double pressure_advance_s) {
     pattern_ = pattern;
     line_ = line;
     pressure_advance_s_ = pressure_advance_s;
   }
 
-  /// Ends a stroke. The filament is drawn back under the pressure advance of that stroke.
+  /// Ends a stroke. The filament is retracted under the pressure advance of that stroke.
   void Leave() {
     if (retracted_) return;
     Filament(MoveKind::kRetract, -config_.retract_length_mm, config_.retract_speed_mm_s);
@@ -212,7 +212,8 @@ double Distance_mm(const Move& move) {
   return std::hypot(move.to.x_mm - move.from.x_mm, move.to.y_mm - move.from.y_mm);
 }
 
-/// Speed at which one move may pass into the next; 0 where either does not move in x and y.
+/// Returns the speed at which one move may pass into the next; 0 if either does not move in x and
+/// y.
 double JunctionSpeed_mm_s(const Move& a, const Move& b, double acceleration_mm_s2) {
   const double length_a_mm = Distance_mm(a);
   const double length_b_mm = Distance_mm(b);
@@ -221,7 +222,7 @@ double JunctionSpeed_mm_s(const Move& a, const Move& b, double acceleration_mm_s
                            (a.to.y_mm - a.from.y_mm) * (b.to.y_mm - b.from.y_mm)) /
                           (length_a_mm * length_b_mm);
   const double limit_mm_s = std::min(a.speed_mm_s, b.speed_mm_s);
-  // theta is the angle between the two legs: straight on is pi.
+  // theta is the angle between the two legs: pi for straight on.
   const double sin_half_theta = std::sqrt(std::clamp((1 + cos_turn) / 2, 0.0, 1.0));
   if (sin_half_theta > 1 - 1e-9) return limit_mm_s;
   const double deviation_mm = kSquareCornerVelocity_mm_s * kSquareCornerVelocity_mm_s *
@@ -231,7 +232,7 @@ double JunctionSpeed_mm_s(const Move& a, const Move& b, double acceleration_mm_s
   return std::min(limit_mm_s, speed_mm_s);
 }
 
-// What a move's time counts as.
+// Returns the counter of a move's time.
 double& PartOf(PatternTime& time, const Move& move, bool begun) {
   switch (move.kind) {
     case MoveKind::kLine:
@@ -269,7 +270,7 @@ PatternTime TimeOf(const std::vector<Move>& moves, const PatternConfig& config) 
   for (std::size_t i = 0; i < moves.size(); ++i) {
     const Move& move = moves[i];
     junction_mm_s[i + 1] = std::min(junction_mm_s[i + 1], reachable(junction_mm_s[i], move));
-    // Where nothing moves in x and y, z or the filament goes from rest to rest.
+    // Without motion in x and y, z or the filament moves from rest to rest.
     double length_mm = Distance_mm(move);
     if (length_mm == 0) {
       length_mm = std::abs(move.to.z_mm - move.from.z_mm) + std::abs(move.filament_mm);

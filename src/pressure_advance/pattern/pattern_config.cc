@@ -110,11 +110,11 @@ std::vector<gcode::Placeholder> PatternPlaceholders(const PatternConfig& config)
 
 namespace {
 
-// No faster than the paper's pattern anywhere but where noted.
+// Nowhere faster than the paper's pattern except where noted.
 PatternConfig QuickPattern() {
   PatternConfig pattern;
-  // Before the acceleration three lags of the slow flow, behind the deceleration as many and a
-  // stretch to compare with; the fast stretch is the paper's, and so are its speed and flow.
+  // Before the acceleration three lags of the slow flow, after the deceleration as many and a
+  // reference stretch. The fast stretch is the paper's, and so are its speed and flow.
   pattern.line_length_mm = 25;
   pattern.segments = {{0.16, 10}, {0.6, 150}, {0.24, 10}};
   pattern.line_spacing_mm = 3;
@@ -127,7 +127,8 @@ PatternConfig QuickPattern() {
   return pattern;
 }
 
-// All lines one way and close together, so that a photo of the whole is sharp enough, with a mark.
+// All lines in one direction and close together, so that a photo of the whole is sharp enough, with
+// a mark.
 PatternConfig PhotoPattern() {
   constexpr int kLines = 21;
   PatternConfig pattern;
@@ -135,7 +136,7 @@ PatternConfig PhotoPattern() {
   for (int line = 0; line < kLines; ++line) pattern.pressure_advances_s.push_back(0.005 * line);
   pattern.segments = PhotoSegments();
   pattern.line_spacing_mm = 1.5;
-  pattern.frame_margin_mm.reset();  // what the mark needs
+  pattern.frame_margin_mm.reset();  // default: space for the mark
   pattern.frame_loops = std::max(pattern.frame_loops, 1);
   pattern.corner_mark = true;
   pattern.alternate_directions = false;

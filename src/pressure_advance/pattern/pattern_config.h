@@ -24,42 +24,42 @@ enum class Finish {
   kIdle,  ///< the idle G-code: the bed stays warm and holds the pattern for a scan
 };
 
-/// What a pattern is printed at, where those of one plate differ.
+/// Conditions of a pattern, if those of one plate differ.
 struct PatternConditions {
   double fast_speed_mm_s = 0;     ///< [0.1, 1000], of the fastest segments
   double acceleration_mm_s2 = 0;  ///< [1, 1e6]
 };
 
-/// The printer and the filament (settings/printer.h), and what this pattern adds to them.
+/// Settings of the printer and the filament (settings/printer.h), and this pattern's own.
 ///
-/// Ranges of single fields, and what users read about them, stand in PatternFields()
-/// ; Validate() checks those and how the fields fit together.
+/// PatternFields() has the ranges of single fields and their documentation. Validate() checks those
+/// and the combination of fields.
 /// "Paper": Abbott, Automatic Pressure Advance Calibration Using Laser Triangulation, and its
-/// released code, whose values win where the two differ.
+/// released code, which takes precedence where the two differ.
 struct PatternConfig : settings::PrinterSettings, settings::FilamentSettings {
-  // How a print ends.
+  // End of a print.
   std::string idle_gcode = kDefaultIdleGcode;
   Finish finish = Finish::kEnd;                      ///< safe where nobody is watching
   std::optional<double> restore_pressure_advance_s;  ///< [0, 10]; set at the end; absent: left at …
                                                      ///< … frame_pressure_advance_s
   double restore_minimum_cruise_ratio = 0.5;  ///< [0, 1); Klipper's own default
   int extruder_drive = -1;                    ///< [-1, 31]; RepRapFirmware's D of M572; -1: DriveOf
-  /// Klipper: EXTRUDER= of the motors that push the filament; empty: the active extruder's own. No
-  /// setting: the printer states them.
+  /// Klipper: EXTRUDER= of the motors that push the filament; empty: the active extruder's own. Not
+  /// a setting: read from the printer.
   std::vector<std::string> advance_motors = {};
   double pressure_advance_limit_s = 0.2;  ///< [0.001, 2]; what is applied without being forced:
                                           ///< the reach of Klipper's tuning tower, direct drive
 
   // The pattern.
-  std::string preset;  ///< that others of these come from (pattern_presets.h); empty: the paper's
+  std::string preset;  ///< preset of the other values (pattern_presets.h); empty: the paper's
   std::optional<double> position_x_mm;   ///< front left corner of the first frame's outer edge; …
   std::optional<double> position_y_mm;   ///< … absent: everything is centred on the bed
   double pressure_advance_start_s = 0;   ///< [0, 10]; paper
   double pressure_advance_end_s = 0.06;  ///< [0, 10], above the start; paper
   int line_count = 10;                   ///< [2, 200]; paper
   std::vector<double> pressure_advances_s;  ///< explicit values instead of the range; no two equal
-  /// The second half of the lines at this value, the first without pressure advance: the paper's
-  /// check. No setting: pa validate sets it.
+  /// Pressure advance of the second half of the lines, the first half without it: the paper's
+  /// check. Not a setting: set by pa validate.
   std::optional<double> validated_pressure_advance_s;
   double line_length_mm = 30;  ///< (0, 2000]; paper
   double line_spacing_mm = 4;  ///< (0, 200], above a bead's width; paper
@@ -86,59 +86,60 @@ struct PatternConfig : settings::PrinterSettings, settings::FilamentSettings {
   int columns = 1;              ///< [1, 100] patterns side by side
   int rows = 1;                 ///< [1, 100] patterns one behind the other
   std::optional<int> patterns;  ///< [1, columns x rows] printed, from the first; absent: all
-  /// Of each pattern, instead of the fastest segments' speed and `acceleration_mm_s2`; empty: all
-  /// are alike. As many as patterns.
+  /// Conditions of each pattern, instead of the fastest segments' speed and `acceleration_mm_s2`;
+  /// empty: all are alike. As many as patterns.
   std::vector<PatternConditions> conditions;
   double pattern_gap_mm = 3;  ///< [0, 200] of free plate between two frames
 };
 
-/// The pressure advance of each line of one pattern, in s, in print order. REQUIRES a valid config.
+/// Returns the pressure advance of each line of one pattern, in s, in print order. REQUIRES a valid
+/// config.
 [[nodiscard]] std::vector<double> PressureAdvances(const PatternConfig& config);
 
-/// How many patterns are printed.
+/// Returns the number of printed patterns.
 [[nodiscard]] int PatternCount(const PatternConfig& config);
 
-/// The settings with which one pattern's lines are printed: those of its conditions.
+/// Returns the settings of one pattern's lines: those of its conditions.
 [[nodiscard]] PatternConfig SettingsOf(const PatternConfig& config, int pattern);
 
-/// RepRapFirmware's extruder drive: the settings', else the number of the tool that the start
-/// G-code selects, else 0.
+/// Returns RepRapFirmware's extruder drive: the settings', else the number of the tool that the
+/// start G-code selects, else 0.
 [[nodiscard]] int DriveOf(const PatternConfig& config);
 
-/// The fastest of a line's speeds. REQUIRES segments.
+/// Returns the maximum of a line's speeds. REQUIRES segments.
 [[nodiscard]] double FastSpeed_mm_s(const PatternConfig& config);
 
-/// mm of filament per mm of bead. REQUIRES a valid config.
+/// Returns mm of filament per mm of bead. REQUIRES a valid config.
 [[nodiscard]] double FilamentPerMm(const PatternConfig& config);
 
-/// The first thing that cannot be printed, if any.
+/// Returns the first setting that cannot be printed, if any.
 [[nodiscard]] std::optional<settings::SettingProblem> FindProblem(const PatternConfig& config);
 
-/// FindProblem as an error: names the setting, the value and the bound.
+/// Returns FindProblem as an error with the setting, the value and the bound.
 [[nodiscard]] Result<void> Validate(const PatternConfig& config);
 
-// The table of the settings that only this pattern has: [pressure_advance_pattern] of trammel.toml,
-// and what [printer] says of how it ends.
+// Table of the settings that only this pattern has: [pressure_advance_pattern] of trammel.toml, and
+// the keys in [printer] about its end.
 
 using PatternField =
     settings::SettingField<PatternConfig, double, std::optional<double>, int, bool, std::string,
                            std::vector<double>, std::vector<Segment>, Finish>;
 
-/// All settings, in the order in which `trammel config keys` shows them; sections are contiguous.
+/// Returns all settings, in the order of `trammel config keys`; sections are contiguous.
 [[nodiscard]] std::span<const PatternField> PatternFields();
 
-/// A choice as trammel.toml spells it.
+/// Returns a choice as spelled in trammel.toml.
 [[nodiscard]] std::string_view ToString(Finish finish);
 [[nodiscard]] std::optional<Finish> ParseFinish(std::string_view name);
 
-// What a user's own start, end and idle G-code may name.
+// Placeholders for a user's own start, end and idle G-code.
 
-/// Every {name} with its value, units in the name.
+/// Returns every {name} with its value, units in the name.
 [[nodiscard]] std::vector<gcode::Placeholder> PatternPlaceholders(const PatternConfig& config);
 
-// Patterns by name: what one key of trammel.toml stands for.
+// Named patterns: several settings behind one key of trammel.toml.
 
-/// A pattern and the scan that goes with it.
+/// Pattern with its scan settings.
 enum class PatternPreset {
   kQuick,  ///< short lines, printed and swept to and fro without a stop: a third of the paper's
            ///< time
@@ -146,19 +147,19 @@ enum class PatternPreset {
   kPhoto,  ///< 21 lines of the paper's, all one way, with a marked corner: for a phone's photo
 };
 
-/// Segments of the preset photo, and of a photo whose plan is not at hand.
+/// Returns the segments of the preset photo, also used for a photo without a plan.
 [[nodiscard]] std::vector<Segment> PhotoSegments();
 
 inline constexpr PatternPreset kDefaultPreset = PatternPreset::kQuick;
 
-/// As trammel.toml spells them.
+/// Returns the spelling in trammel.toml.
 [[nodiscard]] std::string_view ToString(PatternPreset preset);
 [[nodiscard]] std::optional<PatternPreset> ParsePatternPreset(std::string_view name);
 
-/// Names the preset and its fields: every one that is still as the preset before has it becomes the
-/// new one's, all others stay. An empty PatternConfig::preset is the paper's.
+/// Sets the preset and its fields: every field that still has the earlier preset's value gets the
+/// new one's, all others are unchanged. An empty PatternConfig::preset is the paper's.
 void ApplyPreset(PatternPreset preset, PatternConfig& pattern, settings::ScanSettings& scan);
-/// The same of the pattern alone.
+/// Does the same for the pattern only.
 void ApplyPreset(PatternPreset preset, PatternConfig& pattern);
 
 }  // namespace trammel::pressure_advance

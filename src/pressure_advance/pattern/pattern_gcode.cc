@@ -22,7 +22,7 @@ constexpr int kPositionDecimals = 3;  // 1 um
 constexpr int kFilamentDecimals = 5;  // 0.01 um of filament: no drift even in short segments
 constexpr int kFeedDecimals = 2;      // mm/min
 
-/// Puts the file together line by line.
+/// Builds the file line by line.
 class Writer {
  public:
   void Line(std::string_view text) {
@@ -32,7 +32,7 @@ class Writer {
   void Lines(const std::vector<std::string>& lines) {
     for (const std::string& line : lines) Line(line);
   }
-  /// The user's own text, ended by a line end.
+  /// Writes the user's own text, ended by a line end.
   void Block(std::string_view text) {
     out_ += text;
     if (!text.empty() && text.back() != '\n') out_ += '\n';
@@ -78,7 +78,7 @@ void WriteHead(const PatternLayout& layout, const PatternConfig& config, Writer&
     fastest_mm_s = std::max(fastest_mm_s, FastSpeed_mm_s(one));
     acceleration_mm_s2 = std::max(acceleration_mm_s2, one.acceleration_mm_s2);
   }
-  // A lower limit would silently print slower lines than the plan says.
+  // A lower limit would silently print slower lines than planned.
   writer.Line(fmt::format("; needs a printer that is allowed {} mm/s and {} mm/s^2",
                           FormatNumber(fastest_mm_s, 2), FormatNumber(acceleration_mm_s2, 1)));
   writer.Line(fmt::format("; filament {} mm, {} s without heating",
@@ -86,7 +86,7 @@ void WriteHead(const PatternLayout& layout, const PatternConfig& config, Writer&
   writer.Line("; afterwards " + DescribeAfterwards(config));
 }
 
-/// Modes that the start G-code may have left in any state, and the limits of the pattern.
+/// Writes modes, whose state after the start G-code is unknown, and the limits of the pattern.
 void WriteModes(const PatternConfig& config, Writer& writer) {
   writer.Lines(SaveStateCommands(config.dialect));
   writer.Line("G21 ; mm");
@@ -97,8 +97,8 @@ void WriteModes(const PatternConfig& config, Writer& writer) {
   writer.Line("G92 E0");
   writer.Line("M107 ; no fan on a first layer");
   if (config.dialect == gcode::Dialect::kKlipper) {
-    // Klipper otherwise slows moves down until half of each is cruised, and the lines would
-    // change speed elsewhere than the analysis assumes.
+    // Otherwise Klipper slows moves down until half of each is cruised, and the lines would change
+    // speed elsewhere than the analysis assumes.
     writer.Line("; every move may be all acceleration: the speed changes are what is measured");
   }
   writer.Line(LimitCommand(config.dialect, config.acceleration_mm_s2, 0.0));
@@ -147,7 +147,7 @@ void WriteRestore(const PatternConfig& config, Writer& writer) {
   if (config.restore_pressure_advance_s) {
     SetPressureAdvance(config, *config.restore_pressure_advance_s, writer);
   }
-  // Klipper's share comes back in any case: before 2024 it is set by the acceleration in force.
+  // Klipper's share is restored in any case: before 2024 it is set by the acceleration in force.
   if (config.restore_acceleration_mm_s2 || config.dialect == gcode::Dialect::kKlipper) {
     writer.Line(LimitCommand(
         config.dialect, config.restore_acceleration_mm_s2.value_or(LastAcceleration_mm_s2(config)),

@@ -1,4 +1,4 @@
-// What a printer would read from the file, by a reader that knows nothing of the layout.
+// Check of the file as a printer would read it, by a reader independent of the layout.
 #include <gtest/gtest.h>
 
 #include <cmath>

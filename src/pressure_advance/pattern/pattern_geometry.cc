@@ -11,18 +11,18 @@
 namespace trammel::pressure_advance {
 namespace {
 
-/// PA as G-code carries it, so that the plan and the file say the same.
+/// Returns PA as rounded in G-code, so that plan and file agree.
 double AsWritten(double pressure_advance_s) {
   const double scale = std::pow(10, gcode::kPressureAdvanceDecimals);
   return std::round(pressure_advance_s * scale) / scale;
 }
 
-// At this pitch two rectangles of a bead's area and height lie edge to edge.
+// Computes the pitch at which two rectangles of a bead's area and height touch.
 double LoopPitch_mm(const PatternConfig& config) {
   return config.line_width_mm - config.layer_height_mm * gcode::kRoundSideLoss;
 }
 
-// Half of the room from the frame to the first line stays plate.
+// Half of the room from the frame to the first line remains plate.
 constexpr double kShareOfMargin = 0.45;
 
 }  // namespace
@@ -96,7 +96,7 @@ PatternGeometry Geometry(const PatternConfig& config) {
         config.corner_mark ? MarginForMark_mm(config) : config.line_spacing_mm);
     const double frame_mm = (config.frame_loops - 1) * geometry.loop_pitch_mm;
     if (config.corner_mark) {
-      // Longer than the tenth of a line that a photo's reader looks at.
+      // Longer than the tenth of a line that the photo reader examines.
       constexpr double kShareOfLine = 0.12;
       geometry.mark_beads = static_cast<int>(std::clamp(
           kShareOfMargin * geometry.side_to_loop_mm / geometry.loop_pitch_mm, 0.0, 1000.0));

@@ -1,4 +1,4 @@
-// Where a pattern's parts lie relative to one another: shared by checking and laying out.
+// Relative positions of a pattern's parts: shared by checking and layout.
 #pragma once
 
 #include <string>
@@ -9,49 +9,49 @@
 
 namespace trammel::pressure_advance {
 
-inline constexpr int kFewestMarkBeads = 3;  ///< of the corner mark: a blob is thinner
+inline constexpr int kFewestMarkBeads = 3;  ///< in the corner mark: a blob is thinner
 
-/// Distances within one pattern, between beads' centre lines unless said otherwise.
+/// Distances within one pattern, between beads' centre lines unless stated otherwise.
 struct PatternGeometry {
-  double loop_pitch_mm = 0;    ///< from one loop of the frame to the next, so that they fuse
-  double end_to_loop_mm = 0;   ///< from a line's end to the innermost loop
-  double side_to_loop_mm = 0;  ///< from the outermost line to the innermost loop
-  double inset_x_mm = 0;       ///< from the pattern's outer edge to the lines' ends
-  double inset_y_mm = 0;       ///< from the pattern's outer edge to the outermost line
-  int mark_beads = 0;          ///< of the corner mark, beside the innermost loop; 0 without one
+  double loop_pitch_mm = 0;    ///< spacing of the frame's loops, so that they fuse
+  double end_to_loop_mm = 0;   ///< line end to innermost loop
+  double side_to_loop_mm = 0;  ///< outermost line to innermost loop
+  double inset_x_mm = 0;       ///< pattern's outer edge to line ends
+  double inset_y_mm = 0;       ///< pattern's outer edge to outermost line
+  int mark_beads = 0;          ///< corner mark's beads, beside the innermost loop; 0: no mark
   double mark_length_mm = 0;   ///< along the lines, from the innermost loop
   double width_mm = 0;         ///< outer edge to outer edge
   double depth_mm = 0;
 };
 
-/// Pure arithmetic: finite for finite settings, also for ones that cannot be printed.
+/// Computes the geometry: finite for finite settings, even for unprintable ones.
 [[nodiscard]] PatternGeometry Geometry(const PatternConfig& config);
 
-/// The frame_margin that leaves room for a corner mark of the fewest beads that a photo shows, up
-/// to the next tenth of a millimetre.
+/// Returns the frame_margin for the smallest corner mark visible in a photo, rounded up to a tenth
+/// of a millimetre.
 [[nodiscard]] double MarginForMark_mm(const PatternConfig& config);
 
-/// Outer edge of all patterns together, wherever it lies. Finite like Geometry().
+/// Returns the outer edge of all patterns together, wherever it is. Finite like Geometry().
 [[nodiscard]] BoundsMm OuterBounds(const PatternConfig& config);
 
-/// Outer edge of pattern `index`, row-major from the front left.
+/// Returns the outer edge of pattern `index`, row-major from the front left.
 [[nodiscard]] BoundsMm PatternBounds(const PatternConfig& config, int index);
 
-/// Where the nozzle goes when done.
+/// Position of the nozzle after the print.
 [[nodiscard]] PointMm ParkPoint(const PatternConfig& config);
 
-/// Height at which the nozzle comes over the bed before the print.
+/// Returns the nozzle's height when it approaches the bed before the print.
 [[nodiscard]] double ApproachZ_mm(const PatternConfig& config);
 
-/// Height of the nozzle while printing.
+/// Returns the nozzle's height while printing.
 [[nodiscard]] double PrintZ_mm(const PatternConfig& config);
 
-// Where the lines of a printed pattern lie: what a scan needs to know of it.
+// Positions of a printed pattern's lines, for a scan.
 
 struct PlanLine {
   int pattern = 0;
   double pressure_advance_s = 0;
-  double start_x_mm = 0;  ///< on the bed, where printing starts
+  double start_x_mm = 0;  ///< start of printing, on the bed
   double start_y_mm = 0;
   double end_x_mm = 0;
   double end_y_mm = 0;
@@ -78,7 +78,7 @@ struct PatternPlan {
 [[nodiscard]] PatternPlan MakePlan(const PatternLayout& layout, const PatternConfig& config,
                                    std::string gcode_file_name);
 
-/// The plan of one of its patterns alone, as if no other lay on the plate.
+/// Returns the plan of one of its patterns, as if it were alone on the plate.
 [[nodiscard]] PatternPlan PlanOfPattern(const PatternLayout& layout, const PatternConfig& config,
                                         int pattern, std::string gcode_file_name);
 

@@ -77,7 +77,7 @@ TEST(Pattern, AComparisonHasHalfOfItsLinesWithoutPressureAdvance) {
 
 TEST(PatternSummary, FlowAndWeightFollowFromTheBead) {
   PatternConfig config;
-  EXPECT_FALSE(Summarise(LayOut(config), config).filament_g);  // of nobody knows what
+  EXPECT_FALSE(Summarise(LayOut(config), config).filament_g);  // the material is unknown
   config.material = "abs";
   const PatternSummary summary = Summarise(LayOut(config), config);
   EXPECT_NEAR(summary.peak_flow_mm3_s, 150 * gcode::BeadArea_mm2(0.495, 0.25), 1e-9);

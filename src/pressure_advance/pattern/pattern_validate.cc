@@ -58,7 +58,7 @@ Problem CheckPressureAdvances(const PatternConfig& config) {
                                gcode::kPressureAdvanceDecimals));
 }
 
-/// That each stretch is long enough to reach its speed and to leave it again.
+/// Checks that each stretch is long enough to reach its speed and to slow down again.
 Problem CheckSpeedsAreReached(const PatternConfig& config) {
   const std::vector<Segment>& segments = config.segments;
   for (std::size_t i = 0; i < segments.size(); ++i) {
@@ -117,7 +117,7 @@ Problem CheckSegments(const PatternConfig& config) {
   return too_short ? InPattern("acceleration", *too_short) : std::nullopt;
 }
 
-// Of each pattern, where they differ.
+// Checks each pattern, if they differ.
 Problem CheckAllSegments(const PatternConfig& config) {
   if (config.conditions.empty()) return CheckSegments(config);
   if (static_cast<int>(config.conditions.size()) != PatternCount(config)) {
@@ -181,7 +181,8 @@ Problem CheckMark(const PatternConfig& config) {
                                MarginForMark_mm(config)));
 }
 
-/// Which setting moves an edge: the position where it is given, else what makes the print wide.
+/// Returns the setting that moves an edge: the position if set, else the one that makes the print
+/// wide.
 const char* Culprit(bool positioned, const char* position, int count, const char* repeat,
                     const char* size) {
   return positioned ? position : count > 1 ? repeat : size;
@@ -274,7 +275,7 @@ Problem CheckDrive(const PatternConfig& config) {
 }  // namespace
 
 std::optional<settings::SettingProblem> FindProblem(const PatternConfig& config) {
-  // Ranges first: what follows divides and multiplies.
+  // Checks ranges first: later checks divide and multiply.
   for (auto check : {CheckFields, CheckPressureAdvances, CheckAllSegments, CheckBead, CheckWays,
                      CheckMark, CheckFit, CheckPark, CheckUserGcode, CheckDrive}) {
     if (Problem problem = check(config)) return problem;

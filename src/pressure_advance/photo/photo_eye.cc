@@ -93,7 +93,7 @@ void Reverse(std::vector<LineProfile>& profiles) {
   }
 }
 
-// How the lines lie in the rectified picture.
+// Orientation of the lines in the rectified picture.
 struct Orientation {
   bool first_at_bottom = true;
   bool reversed = false;  // printed from right to left
@@ -143,8 +143,8 @@ std::string CheckSharpness(const vision::LinePattern& line_pattern, double blur_
         "sharper camera",
         line_pattern.bead_px, kSmallestBead_px);
   }
-  // Sigma over the bead's width, both as seen: a bead 4.5 sigma wide. Beyond, the ratio stays about
-  // 0.25, since a wider blur also widens what is seen of the bead.
+  // Sigma over the bead's width, both as seen: a bead 4.5 sigma wide. Beyond that the ratio remains
+  // about 0.25, since a wider blur also widens the seen bead.
   constexpr double kMostBlur = 0.22;
   if (blur_px > kMostBlur * line_pattern.bead_px) {
     return fmt::format(
@@ -155,7 +155,7 @@ std::string CheckSharpness(const vision::LinePattern& line_pattern, double blur_
   return {};
 }
 
-// Writes what was measured, in the order of the list and with the print direction to the right.
+// Writes the measurements, in the order of the list and with the print direction to the right.
 void Deliver(PhotoLines& seen, const vision::BeadWidths& widths, const Orientation& lie,
              PhotoMeasurement& measurement) {
   if (lie.reversed) Reverse(measurement.profiles);
@@ -164,20 +164,20 @@ void Deliver(PhotoLines& seen, const vision::BeadWidths& widths, const Orientati
   FlipPicture(seen.picture, lie.reversed, !lie.first_at_bottom);
 }
 
-// The lines as they are read with the first one at one side.
+// Reading of the lines with the first one at one side.
 struct SideReading {
   LineNames names;
   Orientation lie;
-  vision::BeadWidths widths;  // in the order of the list
+  vision::BeadWidths widths;  // in list order
   std::vector<LineProfile> profiles;
   OrientationReading orientation;
 
-  // Empty where the lines can be used so, unless they lie upside down.
+  // Empty if the lines are usable in this order, unless they are upside down.
   [[nodiscard]] const std::string& refusal() const {
     return names.refusal.empty() ? orientation.refusal : names.refusal;
   }
   [[nodiscard]] bool usable() const { return refusal().empty() && !orientation.upside_down; }
-  // Only what the lines say, or places that do not fit, makes the other side worth a look.
+  // The other side is tried only after a contradiction by the lines, or positions that do not fit.
   [[nodiscard]] bool other_side_may_do() const {
     return orientation.upside_down || !names.refusal.empty();
   }
@@ -202,7 +202,7 @@ SideReading ReadFrom(PhotoSide from, const PhotoLines& seen, const vision::BeadW
   return side;
 }
 
-// What the photo shows of a line, in print direction.
+// Computes the visible part of a line, in print direction.
 Interval ShownOf(const std::vector<vision::BeadReading>& readings, bool reversed) {
   const auto is_seen = [](const vision::BeadReading& reading) { return reading.seen; };
   const auto n = static_cast<double>(readings.size());
@@ -214,13 +214,13 @@ Interval ShownOf(const std::vector<vision::BeadReading>& readings, bool reversed
           1 - (reversed ? hidden_left : hidden_right) / n};
 }
 
-// Marks lines that leave the photo beside a speed change, and leaves out those that show neither.
+// Marks lines that leave the photo beside a speed change, and omits those that show neither.
 void MarkCutLines(const SideReading& side, const PhotoOptions& options,
                   std::vector<LineProfile>& profiles) {
   constexpr double kBefore = 0.03;     // line lengths: half of a bulge
-  constexpr double kShareAfter = 0.7;  // of the slow part behind the deceleration
+  constexpr double kShareAfter = 0.7;  // of the slow part after the deceleration
   constexpr int kFewestAfter = 5;      // lines that show it: they tell the others' level there
-  constexpr double kBeside = 0.35;     // of the fast part: what each speed change moves
+  constexpr double kBeside = 0.35;     // of the fast part: region of each speed change
   const auto& segments = side.orientation.segments;
   const double rise = segments ? segments->fast_begin : options.slow_before;
   const double fall = segments ? segments->fast_end : 1 - options.slow_after;
@@ -252,7 +252,7 @@ void MarkCutLines(const SideReading& side, const PhotoOptions& options,
   }
 }
 
-// Moves the ends of lines that leave the photo to where the speed changes have them.
+// Moves the ends of lines that leave the photo to the positions implied by the speed changes.
 void PlaceUnseenEnds(const ShownPart& shown, vision::LinePattern& line_pattern) {
   const double middle = line_pattern.left_inner.centre;
   const double length = line_pattern.right_inner(middle) - line_pattern.left_inner(middle);
@@ -261,7 +261,7 @@ void PlaceUnseenEnds(const ShownPart& shown, vision::LinePattern& line_pattern) 
   line_pattern.right_inner.c0 += (1 - shown.end) * per_line;
 }
 
-// The options, with the sides that the printed mark tells where none are given.
+// Returns the options, with the sides from the printed mark if none are given.
 PhotoOptions WithMark(const PhotoLines& seen, const PhotoOptions& given,
                       PhotoMeasurement& measurement) {
   PhotoOptions options = given;
@@ -283,7 +283,7 @@ PhotoOptions WithMark(const PhotoLines& seen, const PhotoOptions& given,
   return options;
 }
 
-// From the frame and its rungs to profiles in the order of the PA list.
+// Measures profiles from the frame and its rungs, in the order of the PA list.
 void MeasureLines(PhotoLines& seen, const PhotoOptions& given, PhotoMeasurement& measurement) {
   const PhotoOptions options = WithMark(seen, given, measurement);
   const vision::Quad& c = seen.corners;  // top left, top right, bottom right, bottom left

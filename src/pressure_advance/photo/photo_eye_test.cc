@@ -174,7 +174,7 @@ TEST(PhotoEye, NamesLinesByTheirPlacesWhereSomeAreMissing) {
       EXPECT_EQ(measured.profiles[i].pressure_advance_s, rest[i]);
     }
   }
-  // As many values as lines, but the list jumps elsewhere than the lines do.
+  // Given as many values as lines, but a list with its gap elsewhere.
   options.pressure_advance_s = all;
   options.pressure_advance_s.erase(options.pressure_advance_s.begin() + 8);
   EXPECT_THAT(MeasurePhoto(Draw(drawn).view(), options).refusal, HasSubstr("check the list"));

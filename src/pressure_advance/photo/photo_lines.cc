@@ -24,18 +24,18 @@ namespace {
 constexpr const char* kAdvice =
     "All lines with some plate around them must be in the picture, sharp and without glare";
 
-// Measuring needs no more: lines of 20 px are read to a percent of their width.
+// Sufficient for the measurement: lines of 20 px are read to a percent of their width.
 constexpr double kMostMeasured_px = 12e6;
 constexpr int kLongestMeasured_px = 6000;
 
 struct View {
-  vision::Quad corners;  // of the frame in the picture, turned so that rungs lie along the rows
+  vision::Quad corners;  // of the frame in the picture, rotated so that rungs follow the rows
   int margin = 0;
   Frame picture;
   vision::GrayImage contrast;
 };
 
-// The frame seen straight from above, as large as it is in the photo, or shrunk.
+// Returns the frame rectified to a top view, at its size in the photo, or reduced.
 std::optional<View> LookAt(const Frame& photo, const vision::FoundFrame& frame,
                            const vision::Quad& corners, std::size_t wanted, double longest_px) {
   using vision::Distance_px;
@@ -83,8 +83,8 @@ struct Candidate {
   double strength = 0;
 };
 
-// How unlike the two bars across the lines' ends are, as a share of the frame's width: an outline
-// that follows a shadow or the plate's edge on one side makes that bar seem wide.
+// Computes the difference of the two bars across the lines' ends, relative to the frame's width: an
+// outline along a shadow or the plate's edge makes that bar appear wide.
 double BarMismatch(const Candidate& candidate) {
   const double middle = candidate.view.picture.height / 2.0;
   const double left = candidate.line_pattern.left_inner(middle) - candidate.view.margin;
@@ -100,8 +100,8 @@ bool HasPlaces(const vision::LinePattern& line_pattern, std::size_t wanted) {
 constexpr double kRightCount = 1000;
 constexpr double kClear = 3;  // rows over columns
 
-// Higher is better: a line pattern at all, the right number of rungs, the clearer rungs
-// between bars that are alike.
+// Returns a rank, higher is better: a line pattern at all, the right number of rungs, the clearer
+// rungs between bars that are alike.
 double Rank(const Candidate& candidate, std::size_t wanted) {
   if (!candidate.line_pattern.problem.empty()) return -1;
   const double right = HasPlaces(candidate.line_pattern, wanted) ? 1 : 0;
@@ -110,13 +110,14 @@ double Rank(const Candidate& candidate, std::size_t wanted) {
   return kRightCount * right + alike * std::min(candidate.strength, kRightCount - 1);
 }
 
-// Enough of a view to choose by, in px of its longer side: wide enough for each of the lines.
+// Returns the size of a view for the selection, in px of its longer side: wide enough for each of
+// the lines.
 double ChoosingSize_px(std::size_t wanted) {
   constexpr double kLeast_px = 1000, kPerLine_px = 24;
   return std::clamp(kPerLine_px * static_cast<double>(wanted), kLeast_px, kLongestRectified_px);
 }
 
-// A frame as it is chosen by.
+// Frame with its reduced view for the selection.
 struct Glance {
   const vision::FoundFrame* frame = nullptr;
   vision::Quad corners;  // turned so that the rungs lie along the rows
@@ -142,7 +143,7 @@ std::optional<Glance> GlanceAt(const Frame& photo, const vision::FoundFrame& fra
   return best;
 }
 
-// The same frame with all of its pixels.
+// Rectifies the same frame with all of its pixels.
 std::optional<Candidate> LookClosely(const Frame& photo, const Glance& glance, std::size_t wanted) {
   std::optional<View> view =
       LookAt(photo, *glance.frame, glance.corners, wanted, kLongestRectified_px);
@@ -162,8 +163,8 @@ PhotoLines LinesInFrame(const Frame& measured, std::size_t wanted) {
     std::optional<Glance> glance = GlanceAt(measured, frame, wanted);
     if (!glance) continue;
     glances.push_back(std::move(*glance));
-    // Frames come best first; a clear line pattern with the right number of rungs is not there
-    // twice.
+    // Frames are sorted best first; there cannot be two clear line patterns with the right number
+    // of rungs.
     if (Rank(glances.back().candidate, wanted) > kRightCount + kClear) break;
   }
   std::stable_sort(glances.begin(), glances.end(), [&](const Glance& a, const Glance& b) {
@@ -197,9 +198,9 @@ PhotoLines LinesInFrame(const Frame& measured, std::size_t wanted) {
   return result;
 }
 
-// Drops an outer stripe that stands further off than the lines from each other, where the wanted
-// number of lines in equal steps remains: a bar of the frame, whose corner the photo does not show.
-// A bar one step away looks like a line; only the rails tell.
+// Drops an outer stripe further away than the line spacing if the wanted number of evenly spaced
+// lines remains: a bar of the frame whose corner is outside the photo. A bar one step away looks
+// like a line; only the rails distinguish it.
 void DropLoneBars(vision::LinePattern& pattern, std::size_t wanted) {
   const auto even = [](const auto begin, const auto end) {
     return std::all_of(begin, end, [](int step) { return step == 1; });
@@ -222,14 +223,13 @@ void DropLoneBars(vision::LinePattern& pattern, std::size_t wanted) {
   }
 }
 
-// Of several views of the lines, some of which miss an outer line or take a shadow for one, those
-// count that agree on how many places there are; the list does not, or it would choose its own
-// error.
+// Selects the views that agree on the number of places: some views miss an outer line or mistake a
+// shadow for one. The list does not decide, as it would select its own error.
 PhotoLines LinesOfComb(const Frame& measured, std::size_t wanted) {
   struct Seen {
-    double sum = 0;  // of strength, over all views with this number of places
+    double sum = 0;  // total strength of all views with this number of places
     std::optional<CombView> clearest;
-    const vision::FoundComb* comb = nullptr;  // which shows it
+    const vision::FoundComb* comb = nullptr;  // comb that shows it
     double strength = 0;  // rows over columns of the clearest, of those that show both rails first
     bool both_rails = false;
   };
@@ -293,7 +293,7 @@ PhotoLines FindPhotoLines(const BgrView& photo, std::size_t wanted) {
   if (!result.problem.empty() || !HasPlaces(result.line_pattern, wanted)) {
     PhotoLines comb = LinesOfComb(measured, wanted);
     if (comb.problem.empty()) DropLoneBars(comb.line_pattern, wanted);
-    // A frame with another number of lines is one that the picture's border closes, or a part.
+    // A frame with another number of lines is closed by the picture's border, or a part.
     if (comb.problem.empty() && (!result.problem.empty() || comb.line_pattern.rungs.size() >=
                                                                 result.line_pattern.rungs.size())) {
       result = std::move(comb);
@@ -332,9 +332,9 @@ std::string DescribeCount(const vision::LinePattern& line_pattern, std::size_t w
       "{}: give the list of the lines in the photo, or take a photo that shows all of them", found);
 }
 
-// The place of the first rung from the first value's side, where the photo shows the frame close
-// beyond one outer line and ends before the other: lines are then counted from the closed side, as
-// long as most are there.
+// Returns the place of the first rung from the first value's side, if the photo shows the frame
+// closing beyond one outer line and ends before the other: lines are then counted from the closed
+// side, if most are there.
 std::optional<std::size_t> FirstPlace(const vision::LinePattern& line_pattern, std::size_t wanted,
                                       bool first_at_bottom) {
   const vision::LinePattern& p = line_pattern;
@@ -348,7 +348,7 @@ std::optional<std::size_t> FirstPlace(const vision::LinePattern& line_pattern, s
   return from_bottom == first_at_bottom ? 0 : wanted - places;
 }
 
-// Whether the list jumps where rungs are missing, and only there.
+// True if the list's gaps are exactly at the missing rungs.
 bool JumpsAlike(const std::vector<int>& steps, const std::vector<double>& list) {
   std::vector<double> unit;
   for (std::size_t i = 0; i < steps.size(); ++i) unit.push_back((list[i + 1] - list[i]) / steps[i]);

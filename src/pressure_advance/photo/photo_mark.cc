@@ -20,7 +20,7 @@ using vision::Curve;
 using vision::GrayImage;
 using vision::LinePattern;
 
-// A stretch of columns at one end of the lines.
+// Range of columns at one end of the lines.
 struct Stretch {
   double from_px = 0, to_px = 0;
 };
@@ -29,8 +29,8 @@ double At(const GrayImage& image, double x, double y) {
   return image.row(static_cast<int>(std::lround(y)))[std::lround(x)];
 }
 
-// Contrast of plate beside an outer line, a parabola along it as light and lens make one, and how
-// much more filament has.
+// Contrast of the plate beside an outer line, a parabola along it due to light and lens, and the
+// filament's contrast above it.
 struct Levels {
   double middle_px = 0, scale_px = 1;
   Eigen::Vector3d plate = Eigen::Vector3d::Zero();
@@ -44,7 +44,7 @@ struct Levels {
   [[nodiscard]] double HalfAt(double x) const { return PlateAt(x) + rise / 2; }
 };
 
-// Fits the plate's parabola, without what stands out from a first one: a swollen line, a string.
+// Fits the plate's parabola, without outliers from a first one: a swollen line, a string.
 void FitPlate(std::span<const std::pair<double, double>> beside, Levels& levels) {
   for (const bool again : {false, true}) {
     Eigen::Matrix3d normal = 1e-9 * Eigen::Matrix3d::Identity();
@@ -79,8 +79,8 @@ Levels LevelsOf(const GrayImage& contrast, const Curve& rung, double outwards, d
   return levels;
 }
 
-// How far from an outer line, going outwards, most of a stretch is filament and stays so for a
-// bead; nothing where the picture ends before half of the plate that is looked at.
+// Finds the distance outwards from an outer line at which most of a stretch is filament for a
+// bead's depth. Nothing if the picture ends before half of the examined plate.
 std::optional<double> FilamentBegins_px(const GrayImage& contrast, const Curve& rung,
                                         double outwards, const LinePattern& pattern,
                                         const Stretch& stretch, const Levels& levels) {
@@ -107,8 +107,8 @@ std::optional<double> FilamentBegins_px(const GrayImage& contrast, const Curve& 
   return kFarthest * pattern.pitch_px;
 }
 
-// Share of the columns x from … to that is filament over the distances from … to, as brightness
-// between that of the plate and that of the lines: blur and thin strokes change no such mean.
+// Returns the share of filament in the columns x from … to over the distances from … to, as
+// brightness between those of plate and lines: blur and thin strokes do not change such a mean.
 double FilamentShare(const GrayImage& contrast, const Curve& rung, double outwards,
                      const Stretch& columns, const Stretch& away, const Levels& levels) {
   constexpr double kMost = 1.25;
@@ -125,12 +125,13 @@ double FilamentShare(const GrayImage& contrast, const Curve& rung, double outwar
   return count > 0 ? sum / count : 0;
 }
 
-// How far shares of plate scatter by its texture and the picture's noise, over windows as long as
-// `window_px` and one and a fifth of a bead deep, between the middles of an outer line and its bar.
+// Computes the scatter of the plate's shares from its texture and the picture's noise, between the
+// middles of an outer line and its bar. Windows are `window_px` long and one and a fifth of a bead
+// deep.
 double PlateScatter(const GrayImage& contrast, const Curve& rung, double outwards,
                     const LinePattern& pattern, const Stretch& middle, double window_px,
                     double bar_px, const Levels& levels) {
-  // Between neighbours: light that falls off along the line is no texture.
+  // Uses differences of neighbours: a falloff of light along the line is no texture.
   double squares = 0;
   int count = 0;
   const double half_px = 0.6 * pattern.bead_px;
@@ -150,7 +151,7 @@ double PlateScatter(const GrayImage& contrast, const Curve& rung, double outward
   return count > 0 ? std::sqrt(squares / count) : 0;
 }
 
-// How deep the frame's corner is filled before its bar, at one end of an outer line.
+// Corner of the frame at one end of an outer line, for the filled depth before its bar.
 struct Corner {
   const GrayImage* contrast;
   const Curve* rung;
@@ -158,14 +159,14 @@ struct Corner {
   Stretch here, other;                           // columns at this end and at the line's other one
   Stretch next;                                  // columns that lie just beyond a mark's
   Levels levels;
-  double scatter = 0;  // of plate's shares: PlateScatter
+  double scatter = 0;  // plate's scatter: PlateScatter
 };
 
-// Strokes of a starved printer lie apart: what counts is a bead's mean, and plate at the other end.
+// Strokes of a starved printer are separate: a bead's mean counts, with plate at the other end.
 double FilledDepth_px(const Corner& corner) {
-  constexpr double kPlate = 0.12;  // of what filament is above the plate
+  constexpr double kPlate = 0.12;  // of the contrast between filament and plate
   constexpr double kEdge = 0.6;    // light falls off slowly, a mark ends
-  // On a coarse plate only a mark that was printed full is one.
+  // On a coarse plate only a fully printed mark counts.
   constexpr double kCoarse = 0.05, kFull = 0.6;
   const double filled = corner.scatter > kCoarse ? kFull : std::max(0.2, 0.08 + 4 * corner.scatter);
   const double half_px = 0.6 * corner.bead_px;
@@ -184,7 +185,7 @@ double FilledDepth_px(const Corner& corner) {
   return corner.bar_px - filled_px;
 }
 
-// Whether all of a stretch is filled: a blob or a string is not.
+// True if all of a stretch is filled: a blob or a string is not.
 bool FilledAlong(const Corner& corner, double depth_px) {
   constexpr int kPieces = 5;
   const double least = std::max(0.12, 3 * corner.scatter);
@@ -203,7 +204,7 @@ bool FilledAlong(const Corner& corner, double depth_px) {
 }  // namespace
 
 std::optional<MarkedCorner> FindMark(const GrayImage& contrast, const LinePattern& pattern) {
-  constexpr double kLength = 0.1;  // of the lines
+  constexpr double kLength = 0.1;  // in line lengths
   constexpr double kDeep = 1.5;    // beads
   if (!pattern.problem.empty() || pattern.rungs.size() < 2) return std::nullopt;
   std::vector<MarkedCorner> marked;
@@ -227,7 +228,7 @@ std::optional<MarkedCorner> FindMark(const GrayImage& contrast, const LinePatter
     }
     if (!begins[0] || !begins[1]) continue;
     if (!(levels.rise > 0)) continue;
-    // The bar, where either end shows plate before it.
+    // Position of the bar, if either end shows plate before it.
     const double bar_px = std::max(*begins[0], *begins[1]);
     const double scatter =
         PlateScatter(contrast, rung, outwards, pattern, {left + 0.2 * length, right - 0.2 * length},
@@ -248,7 +249,7 @@ std::optional<MarkedCorner> FindMark(const GrayImage& contrast, const LinePatter
 
 namespace {
 
-// 1 where a rectified picture shows the photo.
+// Returns 1 where a rectified picture shows the photo.
 vision::GrayImage SeenPart(const BgrView& photo, const vision::Homography& photo_from_view,
                            int width_px, int height_px) {
   vision::GrayImage seen(width_px, height_px);
@@ -262,8 +263,9 @@ vision::GrayImage SeenPart(const BgrView& photo, const vision::Homography& photo
   return seen;
 }
 
-// 1 on the lines' cores, 0 in the middle of the spaces between them, one half where it may be
-// either: where the lines lie is known, and what is brighter or darker there need not be filament.
+// Returns 1 on the lines' cores, 0 in the middle of the spaces between them, one half where it may
+// be either: the lines' positions are known, while brighter or darker pixels there need not be
+// filament.
 vision::GrayImage LinesAndSpaces(const vision::GrayImage& seen, const vision::CombPlaces& places) {
   constexpr double kCore = 0.15, kSpace = 0.38;  // pitches from the nearest place
   vision::GrayImage mask(seen.width, seen.height);

@@ -188,7 +188,7 @@ TEST(PhotoComb, CountsLinesFromWhereTheFrameCloses) {
   }
 }
 
-// What looks like the frame's bar may be a smear or a line: only rails that end there make it one.
+// An apparent bar of the frame may be a smear or a line: it is a bar only if rails end there.
 TEST(PhotoComb, CountsNoLinesFromABarBehindWhichThePhotoEndsOrTheRailsGoOn) {
   const DrawnPhoto drawn = Usual();
   const cv::Mat upright = ToMat(Draw(drawn));

@@ -101,8 +101,8 @@ OrientationReading ReadOrientation(const std::vector<LineProfile>& profiles,
   const TrendReading free = known ? ReadTrend(MeasureWidthTrend(profiles), options.slow_before,
                                               options.slow_after, std::nullopt, parts)
                                   : reading;
-  // Each reading is the sum of two largest of a few independent slopes: of noise alone two differ
-  // by 1 to 2 scatters.
+  // Each reading is the sum of the two largest of a few independent slopes: for noise alone two
+  // differ by 1 to 2 scatters.
   constexpr double kLeastLead = 6;
   const bool sure = reading.lead >= kLeastLead;
   result.upside_down = sure && reading.upside_down;

@@ -23,8 +23,8 @@ struct Extreme {
   double size = 0;
 };
 
-// The largest sign * slope within reach of a place; its position is the lobe's centre of gravity
-// above half of its peak. Positions in line lengths.
+// Returns the maximum of sign * slope within reach of a place; its position is the lobe's centre of
+// gravity above half of its peak. Positions in line lengths.
 Extreme LargestNear(const WidthTrend& trend, const ShownPart& part, double place, double reach,
                     double sign) {
   Extreme extreme{place, 0};
@@ -55,15 +55,15 @@ struct Hypothesis {
   bool upside_down = false;
   Extreme acceleration, deceleration;
   ShownPart shown;
-  double misfit = 0;  // of both places from the plan's, line lengths
+  double misfit = 0;  // of both places from the plan, in line lengths
 
   [[nodiscard]] double score() const { return acceleration.size + deceleration.size; }
 };
 
 constexpr double kReach = 0.08;  // line lengths: what frames hide, and how far a bulge is carried
 
-// A reading with the part of the lines that suits it best: among those that give it nearly the
-// largest score, the one that brings both places nearest to the plan.
+// Returns a reading with the best-fitting part of the lines: among those with nearly the maximum
+// score, the one that moves both positions nearest to the plan.
 Hypothesis BestPart(const WidthTrend& trend, double slow_before, double slow_after, bool reversed,
                     bool upside_down, std::span<const ShownPart> parts) {
   const double sign = upside_down ? -1 : 1;
@@ -105,7 +105,7 @@ WidthTrend MeasureWidthTrend(const std::vector<LineProfile>& profiles) {
   const auto [least, most] = std::minmax_element(values.begin(), values.end());
   const double range = *most - *least;
   if (!(range > 0)) return trend;
-  // Of places that few lines show the slope would be mostly noise.
+  // At places that few lines show the slope would be mostly noise.
   constexpr double kLeastShown = 0.4;
   const double fewest =
       std::max(static_cast<double>(kFewestLines), kLeastShown * static_cast<double>(values.size()));
@@ -134,8 +134,8 @@ WidthTrend MeasureWidthTrend(const std::vector<LineProfile>& profiles) {
     for (std::size_t k = a; k < b; ++k) sum += raw[k];
     trend.slope.push_back(sum / static_cast<double>(b - a));
   }
-  // What the lines scatter by, and what the trend itself wanders by in its quieter half: light and
-  // plate are no noise, but no answer to PA either.
+  // Maximum of the lines' scatter and of the trend's variation in its quieter half: light and plate
+  // are no noise, but no response to PA either.
   if (errors.empty()) return {};
   constexpr double kFloor = 0.01;
   std::vector<double> sizes;
@@ -156,8 +156,8 @@ TrendReading ReadTrend(const WidthTrend& trend, double slow_before, double slow_
       hypotheses.push_back(BestPart(trend, slow_before, slow_after, from_end, upside_down, parts));
     }
   }
-  // A plan whose two ends are alike looks the same turned round with the order reversed; the order
-  // is then taken on trust, as are ends that differ by less than a bulge is carried.
+  // A plan with two equal ends looks the same reversed, with the order reversed; the order is then
+  // assumed, also for ends that differ by less than a bulge's displacement.
   const bool ends_alike = std::abs(slow_before - slow_after) < kReach;
   reading.order_compared = !ends_alike || reversed;
   if (!reading.order_compared) {

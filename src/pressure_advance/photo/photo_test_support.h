@@ -15,11 +15,11 @@ namespace trammel::pressure_advance {
 struct DrawnPhoto {
   std::vector<double> pressure_advance_s;  ///< one line each
   double right_value_s = 0.03;             ///< lines at this PA have one width all along
-  double length_mm = 60;                   ///< of a line between the frame's inner edges
+  double length_mm = 60;                   ///< per line, between the frame's inner edges
   double spacing_mm = 4;
   double bead_mm = 1.6;
   double bar_mm = 2;     ///< the frame's bars
-  double margin_mm = 6;  ///< from the outer lines to the frame's inner edges
+  double margin_mm = 6;  ///< outer lines to the frame's inner edges
   double slow_before = 0.1, slow_after = 0.3;
   bool frame = true;
   bool corner_mark = false;  ///< fills 3 mm of the frame's margin along 9 mm of the first line
@@ -29,11 +29,11 @@ struct DrawnPhoto {
   double px_per_mm = 6.5;
   double tilt = 0.12;  ///< perspective: loss of size per picture height
   double roll_rad = 0.03;
-  double bow = 0.004;       ///< of the lens, at the picture's corner
-  double shift_y_mm = 0;    ///< of the pattern off the picture's centre, towards the last line
+  double bow = 0.004;       ///< lens distortion at the picture's corner
+  double shift_y_mm = 0;    ///< pattern offset from the picture's centre, towards the last line
   bool darker = false;      ///< filament darker than the plate
   double contrast = 70;     ///< levels
-  double unevenness = 0.5;  ///< of the light across the picture
+  double unevenness = 0.5;  ///< illumination gradient across the picture
   double grain = 12;        ///< levels: texture of the plate, alike over 3 px
   double noise = 3;         ///< levels
   double blur_px = 0.7;

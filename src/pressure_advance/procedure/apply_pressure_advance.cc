@@ -54,13 +54,13 @@ Result<void> CheckValue(double pressure_advance_s, const ApplyOptions& options) 
       ErrorKind::kSafety);
 }
 
-// Without a name: the active extruder's own.
+// Returns the command; without a name, the active extruder's own.
 std::string CommandFor(const std::string& name, double pressure_advance_s) {
   return fmt::format("SET_PRESSURE_ADVANCE{} ADVANCE={:.4f}",
                      name.empty() ? "" : " EXTRUDER=" + name, pressure_advance_s);
 }
 
-// All motors, as they are now. The only one needs no name.
+// Returns all motors in their present state. A single one needs no name.
 std::vector<MotorChange> MotorsOf(const machine::PrinterFacts& facts,
                                   const machine::PrinterState& state, double pressure_advance_s,
                                   const std::map<std::string, double>& own_s) {
@@ -82,8 +82,8 @@ std::vector<MotorChange> MotorsOf(const machine::PrinterFacts& facts,
 }
 
 Result<void> SetAndReadBack(const Session& session, const PressureAdvanceChange& change) {
-  // What is begun is seen through, also where somebody stops the program: seconds, and the answer
-  // says what is in force.
+  // A begun change is completed even if the program is stopped: it takes seconds, and the answer
+  // shows the value in force.
   const machine::WaitLimit through{kAsk_s, {}};
   for (const MotorChange& motor : change.motors) {
     TRY(session.printer.Run(motor.command, through));
@@ -105,7 +105,7 @@ Result<void> SetAndReadBack(const Session& session, const PressureAdvanceChange&
   return {};
 }
 
-// Of several motors, all are set or none.
+// Restores several motors: all are set or none.
 void BringBack(const Session& session, const PressureAdvanceChange& change) {
   if (change.motors.size() < 2) return;
   for (const MotorChange& motor : change.motors) {

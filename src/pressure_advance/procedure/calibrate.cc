@@ -28,14 +28,14 @@ constexpr double kAsk_s = 10;
 constexpr std::size_t kMostPhotoBytes = std::size_t{64} << 20;
 constexpr double kStall_s = 5;
 constexpr std::size_t kLongestCameraName = 500;
-constexpr int kJpegQuality = 95;  // of pictures that a camera sends as raw pixels
+constexpr int kJpegQuality = 95;  // for pictures received as raw pixels
 
 ParkPlace ParkPlaceOf(const PatternConfig& config) {
   const auto park = settings::ParkPositionOf(config);
   return {config.park_lift_mm, park.x_mm, park.y_mm, config.z_speed_mm_s, config.travel_speed_mm_s};
 }
 
-// A camera that sends pictures, or nothing where none is wanted.
+// Opens a camera that delivers pictures; empty if none is wanted.
 Result<Eye> OpenEye(const Session& session, const GuardedRun& run) {
   Eye eye;
   if (!run.looks) return eye;
@@ -98,7 +98,7 @@ namespace {
 
 using nlohmann::json;
 
-/// Of the folder's own pictures the last one, without its bytes.
+/// Finds the last of the folder's own pictures, without its bytes.
 Result<PatternPhoto> NewestPhoto(const Session& session,
                                  const std::function<bool(const std::string&)>& is_result) {
   auto photos = ListUploads(session, [&is_result](const std::string& name) {
@@ -160,7 +160,7 @@ PatternPlan PlanOf(const CalibrationRequest& request, const PatternConfig& confi
   return request.plan ? *request.plan : MakePlan(LayOut(config), config, kGcodeName);
 }
 
-// The pattern as this printer will print it: warm afterwards for a scan, and with its own values
+// Returns the pattern for this printer: warm afterwards for a scan, and with its own values
 // restored.
 PatternConfig ForThisPrinter(PatternConfig config, const machine::PrinterState& before,
                              bool for_photo) {
@@ -200,9 +200,9 @@ Result<void> PrintPattern(const Session& session, const CalibrationRequest& requ
   return Print(session, gcode, options);
 }
 
-// Clean, and cold enough not to ooze.
+// Cleans the nozzle, and cools it until it does not ooze.
 Result<void> PrepareNozzle(const Session& session, const ScanSettings& settings) {
-  // What was printed may have taken longer than the printer's own limit.
+  // The print may have taken longer than the printer's own limit.
   TRY(KeepAlive(session));
   const auto state = TRY(session.printer.State(session.Within(kAsk_s)));
   if (!settings.clean_nozzle_gcode.empty()) {
@@ -214,7 +214,7 @@ Result<void> PrepareNozzle(const Session& session, const ScanSettings& settings)
                      settings.heat_time_limit_s);
 }
 
-// What a scan of any pattern goes through.
+// Steps of a scan of any pattern.
 struct Scanner {
   const Session& session;
   const CalibrationRequest& request;
@@ -251,7 +251,8 @@ Result<void> ScanPattern(const Scanner& scanner, const PatternPlan& plan) {
   return ready ? SweepLines(scanner, plan, sweeps, scanner.request.folder, false) : ready;
 }
 
-// One recording each. What cannot be tied to its motion leaves the others.
+// Makes one recording each. A pattern that cannot be assigned to its motion does not stop the
+// others.
 Result<void> ScanEachPattern(const Scanner& scanner) {
   const CalibrationRequest& request = scanner.request;
   const auto layout = LayOut(scanner.config);
@@ -281,7 +282,7 @@ Result<void> ScanEachPattern(const Scanner& scanner) {
   return scanned ? Result<void>() : failed;
 }
 
-// That each pattern's sweeps are within reach, and show enough of its own speeds.
+// Checks that each pattern's sweeps are within reach, and cover enough of its own speeds.
 Result<void> CheckEachPattern(const Session& session, const CalibrationRequest& request) {
   if (request.folders.empty()) return {};
   const auto reach = TRY(ReachOf(session));
@@ -311,7 +312,7 @@ Result<void> CheckAll(const Session& session, const CalibrationRequest& request)
                       ErrorKind::kInput);
 }
 
-// As the printed file left it.
+// Returns the printed file's target.
 double BedTarget_c(const Session& session) {
   const auto state = session.printer.State(session.Within(kAsk_s));
   if (!state) return 0;
@@ -319,7 +320,7 @@ double BedTarget_c(const Session& session) {
   return bed == state->heaters.end() ? 0 : bed->second.target_c;
 }
 
-// What was printed loosens where the bed cools. The printer's own idle time-out still ends it.
+// A print loosens when the bed cools. The printer's own idle time-out still ends it.
 Result<void> KeepBedWarm(const Session& session, double bed_c) {
   if (bed_c <= 0) return {};
   return SetTarget(session, "heater_bed", bed_c);

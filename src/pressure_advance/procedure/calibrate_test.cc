@@ -36,7 +36,7 @@ TEST(CoolForScan, AnyOtherTemperatureIsWaitedFor) {
 using ::testing::AllOf;
 using ::testing::HasSubstr;
 
-// Its answers break off with the user's stop, as those of real ones do.
+// Printer whose answers stop with the user's stop, like those of real ones.
 class StoppablePrinter : public testing::FakePrinter {
  public:
   Result<machine::PrinterState> State(const machine::WaitLimit& limit) override {

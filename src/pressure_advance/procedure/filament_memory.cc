@@ -20,7 +20,7 @@ using Values = std::map<std::string, std::map<std::string, double>>;  // filamen
 
 constexpr double kAsk_s = 10;
 constexpr double kMost_s = 10;
-constexpr std::size_t kMostFilaments = 1000;  // that are written: one line of G-code has them all
+constexpr std::size_t kMostFilaments = 1000;  // written: all are in one line of G-code
 
 bool IsKeyPart(char c) { return (c >= 'a' && c <= 'z') || (c >= '0' && c <= '9') || c == '_'; }
 
@@ -33,7 +33,7 @@ bool IsNozzle(const std::string& key) {
                                      [](char c) { return IsKeyPart(c) || c == '/' || c == '.'; });
 }
 
-// What a variable holds; absent where it is not ours.
+// Reads a variable; absent if it is not ours.
 std::optional<Values> ValuesOf(const Json& variable) {
   if (!variable.is_object()) return std::nullopt;
   Values values;
@@ -55,7 +55,7 @@ std::string Literal(const Values& values) {
     text += fmt::format("{}'{}':{{", text.size() > 1 ? "," : "", filament);
     const char* between = "";
     for (const auto& [nozzle, value_s] : nozzles) {
-      text += fmt::format("{}'{}':{}", between, nozzle, value_s);  // with all its digits
+      text += fmt::format("{}'{}':{}", between, nozzle, value_s);  // full precision
       between = ",";
     }
     text += "}";
@@ -81,7 +81,7 @@ Result<void> SaveVariable(const Session& session, const char* name, const Values
       session.Within(kAsk_s));
 }
 
-// TRAMMEL_NEW_NOZZLE notes which values are of the nozzle before; this one is not any more.
+// TRAMMEL_NEW_NOZZLE marks the values of the old nozzle; removes the mark from this one.
 Result<void> ForgetOldNozzle(const Session& session, const Json& variables,
                              const std::string& filament, const std::string& nozzle) {
   const auto noted = variables.find("trammel_pa_before");
@@ -172,7 +172,7 @@ constexpr double kAskSpoolman_s = 20;  // all of its questions together
 const ExtraField kOfFilament{"pressure_advance", "Pressure advance", "float", "s"};
 const ExtraField kOfSpool{"pressure_advance_matrix", "Pressure advance by nozzle", "text", ""};
 
-// What the spool's field holds: the text of a JSON object. Absent where it is something else.
+// Returns the JSON object in the spool's field, as text. Absent if it contains something else.
 std::optional<std::string> Matrix(const std::optional<Json>& field) {
   if (!field) return "{}";
   if (!field->is_string()) return std::nullopt;
@@ -183,7 +183,7 @@ std::optional<std::string> Matrix(const std::optional<Json>& field) {
   return text;
 }
 
-// Whether a value was kept, as far as is known.
+// Describes whether a value was stored, as far as known.
 std::string Kept(const char* of, std::optional<bool> written) {
   if (!written) return fmt::format("whether the {}'s value was kept is not known", of);
   return *written ? fmt::format("the {}'s value was sent and does not read back as it was", of)
@@ -234,7 +234,7 @@ Result<SpoolPlace> FindSpoolPlace(const Session& session) {
   const auto matrix = TRY(ReadMatrix(spoolman, place.spool_id));
   if (matrix != "{}") place.matrix_before = machine::FieldText(Json::parse(matrix));
   const auto nozzle = TRY(AskActiveNozzle(session));
-  // Of high flow only where somebody says so.
+  // High flow only on explicit request.
   place.nozzle = fmt::format("{:g}_standard", std::round(100 * nozzle.diameter_mm) / 100);
   return place;
 }
@@ -246,7 +246,7 @@ Result<void> KeepOnSpool(const Session& session, const SpoolPlace& place,
                             kMost_s));
   }
   const double value_s = std::round(1e4 * pressure_advance_s) / 1e4;
-  // Filament and spool belong together: a stop in between does not part them.
+  // Filament and spool belong together: a stop does not separate them.
   Spoolman spoolman(session.printer, {kAskSpoolman_s, {}});
   for (const auto& [entity, field] : {std::pair{SpoolmanEntity::kFilament, &kOfFilament},
                                       std::pair{SpoolmanEntity::kSpool, &kOfSpool}}) {

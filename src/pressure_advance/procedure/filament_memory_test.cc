@@ -123,7 +123,7 @@ TEST(KeepForFilament, OneTooManyIsRefusedAndThoseThatAreThereGoOn) {
   EXPECT_THAT(refused.error().message, HasSubstr("1000 filaments have a pressure advance there"));
   EXPECT_THAT(printer.scripts, IsEmpty());
   EXPECT_TRUE(KeepForFilament(SessionOf(printer), "F7", 0.02));
-  kept["one_more"] = {{"extruder/0.40", 0.05}};  // as an earlier program wrote it
+  kept["one_more"] = {{"extruder/0.40", 0.05}};  // as written by an earlier version
   EXPECT_TRUE(KeepForFilament(SessionOf(printer), "F7", 0.03));
 }
 

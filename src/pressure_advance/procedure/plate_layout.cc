@@ -24,7 +24,8 @@ using settings::ScanSettings;
 
 constexpr double kAnywhere_mm = 1e6;
 
-// Where the nozzle goes, printing and scanning. Errors: those of PlanSweeps but for x and y.
+// Computes the nozzle's range in printing and scanning. Errors: those of PlanSweeps but for x and
+// y.
 Result<BoundsMm> NozzleBounds(const PatternConfig& config, const ScanSettings& settings,
                               const Reach& reach) {
   const auto layout = LayOut(config);
@@ -45,8 +46,8 @@ Result<BoundsMm> NozzleBounds(const PatternConfig& config, const ScanSettings& s
   return bounds;
 }
 
-// By how much patterns may be shifted so that bed, nozzle and camera let them; nothing where they
-// do nowhere, or not where the settings put them.
+// Computes the shifts of the patterns that bed, nozzle and camera allow; nothing if none is
+// allowed, or the settings' own position is not.
 std::optional<Interval> ShiftsInto(const Interval& nozzle_mm, const Interval& reach_mm,
                                    const Interval& printed_mm, const Interval& bed_mm,
                                    bool placed) {
@@ -59,7 +60,7 @@ std::optional<Interval> ShiftsInto(const Interval& nozzle_mm, const Interval& re
 }
 
 struct Room {
-  BoundsMm printed;                    // where the patterns lie now
+  BoundsMm printed;                    // current extent of the patterns
   std::optional<Interval> x_mm, y_mm;  // shifts of them
 };
 
@@ -83,7 +84,7 @@ Result<Room> RoomFor(const PatternConfig& config, const ScanSettings& settings,
   return room;
 }
 
-// The same patterns where all is reached; nothing where they are nowhere.
+// Moves the patterns to where all are reached; absent if there is no such place.
 Result<std::optional<PatternConfig>> Moved(PatternConfig config, const ScanSettings& settings,
                                            const Reach& reach) {
   const auto room = TRY(RoomFor(config, settings, reach));
@@ -97,7 +98,7 @@ Result<std::optional<PatternConfig>> Moved(PatternConfig config, const ScanSetti
   return std::optional(std::move(config));
 }
 
-// In the grid with the shortest diagonal that fits; nothing where none does.
+// Lays the patterns in the fitting grid of shortest diagonal; nothing if none fits.
 Result<std::optional<PatternConfig>> Laid(const PatternConfig& one, int count,
                                           const ScanSettings& settings, const Reach& reach) {
   std::optional<PatternConfig> best;
@@ -156,16 +157,16 @@ using pressure_advance::SweepObservation;
 
 namespace {
 
-// How far along a leg a point lies.
+// Computes the position of a point along a leg.
 double WithinLeg(const PathLeg& leg, double x_mm, double y_mm) {
   return (x_mm - leg.x_mm) * leg.along_x + (y_mm - leg.y_mm) * leg.along_y;
 }
 
-// The leg that a move begins on and runs along; null where there is none.
+// Returns the leg on which a move begins and along which it runs; null if there is none.
 const PathLeg* LegOf(const machine::TrapezoidMove& move, double x_mm, double y_mm,
                      std::span<const PathLeg> legs) {
   constexpr double kStraight = 0.999;  // cosine
-  constexpr double kAside_mm = 0.05;   // of rounded coordinates
+  constexpr double kAside_mm = 0.05;   // for rounded coordinates
   for (const PathLeg& leg : legs) {
     if (move.direction[0] * leg.along_x + move.direction[1] * leg.along_y < kStraight) continue;
     const double within_mm = WithinLeg(leg, x_mm, y_mm);
@@ -205,7 +206,7 @@ Result<void> ObserveChunk(std::span<const CapturedFrame> frames, std::size_t fir
 }  // namespace
 
 bool IsWhole(std::span<const LineMove> moves, std::span<const Sweep> run) {
-  constexpr double kAway_mm = 0.02;  // of rounded coordinates
+  constexpr double kAway_mm = 0.02;  // for rounded coordinates
   constexpr double kCreep_mm_s = 0.01;
   const std::vector<PathLeg> legs = PathOf(run);
   if (legs.empty()) return false;

@@ -100,8 +100,8 @@ TEST(PlacedSweep, MovesBecomePositionsOfTheLaserOnTheHostsClock) {
   clock.print_from_host = {1000, 50, 1, 0, 0};  // print time 50 is 1000 s of ours
   const std::vector<machine::TrapezoidMove> moves = {
       {52, 0.5, 4, 10, {98, 20, 17.86}, {-1, 0, 0}},
-      {53, 0.5, 5, 0, {98, 20, 17.86}, {0, 0, 1}},   // in z: nothing along the line
-      {54, 0.0, 5, 0, {98, 20, 17.86}, {-1, 0, 0}},  // without duration
+      {53, 0.5, 5, 0, {98, 20, 17.86}, {0, 0, 1}},   // z move: nothing along the line
+      {54, 0.0, 5, 0, {98, 20, 17.86}, {-1, 0, 0}},  // zero duration
   };
   const auto along = AlongLine(moves, {&sweep, 1}, clock, {});
   ASSERT_EQ(along.size(), 1u);

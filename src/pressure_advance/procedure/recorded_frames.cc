@@ -23,7 +23,7 @@ namespace {
 using pressure_advance::Scan;
 using pressure_advance::ScanLine;
 
-// That a video has as many frames as scan.json says of it.
+// Checks that a video has as many frames as scan.json states.
 Result<void> CheckCount(const ScanLine& line, std::size_t frames) {
   const auto wrong = [&](const char* key, const char* what, std::size_t entries) {
     return Fail(fmt::format("video '{}' has {} frames, its {} {} {}; record the line again or "
@@ -40,7 +40,7 @@ Result<void> CheckCount(const ScanLine& line, std::size_t frames) {
   return {};
 }
 
-// Whether a frame may be looked at.
+// True if a frame may be used.
 bool IsPlaced(const ScanLine& line, std::size_t frame) {
   const auto& positions = line.frame_positions_mm;
   return positions.empty() || (frame < positions.size() && positions[frame].has_value());
@@ -76,8 +76,8 @@ Result<void> CheckSize(const ScanLine& line, const machine::VideoFile& frame,
   return {};
 }
 
-/// Up to 16 whole frames (4 of large ones) spread evenly over those of a sweep that may be looked
-/// at and were not cut, upright.
+/// Returns up to 16 whole frames (4 of large ones), upright and spread evenly over a sweep's usable
+/// and uncut ones.
 Result<std::vector<Frame>> SampleFrames(const std::filesystem::path& folder, const Scan& scan,
                                         const ScanLine& line) {
   constexpr std::size_t kMostFrames = 16;
@@ -207,11 +207,11 @@ bool SamePixels(const std::vector<Frame>& one, const std::vector<Frame>& other) 
                     [](const Frame& a, const Frame& b) { return a.bgr == b.bgr; });
 }
 
-// Cuts a video (machine/video/video_cutter.h), once each of its lines reads well within the crop
-// and every frame's crop is the same to the bit in the cut. A whole frame stays every 6 s.
-// @param scan  with the crop and the lines of this video alone
-// Errors, which leave the video whole: a line cannot be read, or its bead reaches out of the crop;
-// the video's, the disk's, kInterrupted.
+// Cuts a video (machine/video/video_cutter.h) if each of its lines reads well within the crop and
+// every frame's crop is bit-identical in the cut. A whole frame remains every 6 s.
+// @param scan  with the crop and only the lines of this video
+// Errors, after which the video is unchanged: a line cannot be read, or its bead reaches out of the
+// crop; the video's, the disk's, kInterrupted.
 Result<void> CutVideo(const std::filesystem::path& folder, const Scan& scan,
                       const std::stop_token& stop) {
   TRAMMEL_CHECK(scan.crop && !scan.lines.empty(), "a crop: {}, {} lines", scan.crop.has_value(),
@@ -243,7 +243,7 @@ std::vector<std::string> CutRecording(const std::filesystem::path& folder,
   if (!scan) return {scan.error().message};
   if (!scan->crop) scan->crop = scan->found_crop;
   if (!scan->crop) return {};
-  std::map<std::string, Scan> videos;  // with the lines of each alone
+  std::map<std::string, Scan> videos;  // each with its own lines only
   Scan without_lines = *scan;
   without_lines.lines.clear();
   for (ScanLine& line : scan->lines) {

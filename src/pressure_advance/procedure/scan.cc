@@ -29,7 +29,7 @@ Result<machine::CapturedFrame> CheckLaser(const Session& session, FrameRecorder&
   TRY(CheckStillFree(session));
   TRY(session.printer.Run(settings.laser_on_gcode, session.Within(kCommand_s)));
   TRY(session.printer.FinishMoves(session.Within(kCommand_s)));
-  constexpr double kLeast = 0.0005;  // of the pixels: a line of 2 px over a quarter of the picture
+  constexpr double kLeast = 0.0005;  // of the pixels: line 2 px wide, a quarter of the picture
   constexpr double kLate_s = 3;      // a stream may show what was some seconds ago
   const double on_s = machine::HostNow();
   double share = 0;
@@ -57,7 +57,7 @@ Check CheckLaserLine(const machine::CapturedFrame& lit, const settings::ScanSett
   const bool down = pressure_advance::StripeRunsDown(picture->view());
   const auto stripe = pressure_advance::ReadStripe(picture->view(), down, workspace);
   if (!stripe.fault.empty()) return advise(stripe.fault);
-  constexpr double kFullWidth = 2.35482;  // of a Gaussian at half its height, in sigmas
+  constexpr double kFullWidth = 2.35482;  // Gaussian's full width at half maximum, in sigmas
   const double width_px = kFullWidth * stripe.width_px;
   const pressure_advance::StripeSight sight{width_px, stripe.peak, stripe.saturated_px};
   const auto notices = pressure_advance::NoticesOfSight({&sight, 1}, settings.px_per_mm);
@@ -77,8 +77,8 @@ using settings::ScanSettings;
 
 constexpr double kMove_s = 60;
 constexpr double kClock_s = 0.002;  // at 7 mm/s 0.013 mm
-// Frames of a standing head before and after a sweep: those that its timing wants, and some more
-// for what a camera drops.
+// Number of frames with the head at rest before and after a sweep: those required for its timing,
+// and some for frames that a camera drops.
 constexpr std::size_t kStandingFrames = 8;
 
 AxisDirection DirectionOf(const Sweep& sweep) {
@@ -99,16 +99,16 @@ Result<void> Stand(const Session& session, double time_s) {
   return Fail("stopped during the scan", ErrorKind::kInterrupted);
 }
 
-// What a sweep needs beside its own place.
+// Data of a sweep besides its own position.
 struct Sweeping {
   const Session& session;
   FrameRecorder& recorder;
   const ScanRequest& request;
-  std::array<double, 4> gcode_origin_mm{};  // of G-code's coordinates in the toolhead's
+  std::array<double, 4> gcode_origin_mm{};  // origin of G-code coordinates in the toolhead's
 };
 
-// The motion between two moments of the host's clock, along the run. What was told before the
-// frames ended is whole nearly always; what is missing comes a second later at most.
+// Returns the motion between two moments of the host's clock, along the run. Reports received
+// before the frames ended are nearly always complete; the rest arrives within a second.
 Result<void> AskMotion(const Sweeping& sweeping, std::span<const Sweep> run, double from_s,
                        double to_s, RecordedSweep& recorded) {
   machine::Printer& printer = sweeping.session.printer;
@@ -127,7 +127,8 @@ Result<void> AskMotion(const Sweeping& sweeping, std::span<const Sweep> run, dou
 }
 
 // Sweeps the lines of a run with the camera recording.
-// @returns when the head stood for it, so that no end of the travel passes for the sweep's begin.
+// @returns when the head was at rest for it, so that the travel's end is not mistaken for the
+// sweep's beginning.
 Result<double> RecordSweep(const Sweeping& sweeping, std::span<const Sweep> run, double speed_mm_s,
                            RecordedSweep& recorded) {
   const Session& session = sweeping.session;
@@ -141,8 +142,8 @@ Result<double> RecordSweep(const Sweeping& sweeping, std::span<const Sweep> run,
   };
   Result<void> swept = stand();
   const double stood_s = machine::HostNow();
-  // Move by move: what is queued when somebody stops it goes on, with the laser lit. Klipper begins
-  // a print between two of them.
+  // Sends single moves: queued ones would continue after a stop, with the laser lit. Klipper may
+  // begin a print between two of them.
   for (const std::string& move : SweepGcode(run, speed_mm_s)) {
     if (swept) swept = CheckStillFree(session);
     if (swept) swept = session.printer.Run(move, session.Within(kMove_s));
@@ -168,7 +169,7 @@ Result<RecordedSweep> SweepLines(const Sweeping& sweeping, std::span<const Sweep
   recorded.video = std::move(video);
   auto ready = Go(session, TravelGcode(run.front(), sweeping.request.travel_speed_mm_s));
   if (ready) ready = KeepAlive(session);
-  // Again for each run: the printer's own limit switches a forgotten laser off.
+  // Repeated for each run: the printer's own limit switches a forgotten laser off.
   if (ready) ready = Go(session, sweeping.request.settings.laser_on_gcode);
   if (!ready) return tl::unexpected(ready.error());
   const auto from_s = TRY(RecordSweep(sweeping, run, speed_mm_s, recorded));
@@ -176,7 +177,7 @@ Result<RecordedSweep> SweepLines(const Sweeping& sweeping, std::span<const Sweep
   return recorded;
 }
 
-// Lights off, camera at its focus height above the first line, laser seen.
+// Switches lights off, moves the camera to its focus height above the first line, checks the laser.
 Result<void> Prepare(const Sweeping& sweeping, const SweepPlan& sweeps) {
   const Session& session = sweeping.session;
   const ScanRequest& request = sweeping.request;
@@ -196,11 +197,12 @@ Result<void> Prepare(const Sweeping& sweeping, const SweepPlan& sweeps) {
   return {};
 }
 
-// How often lines that could not be placed are swept again.
+// Maximum number of sweeps of a line that could not be placed.
 constexpr int kMostSweepsOfALine = 3;
 constexpr std::size_t kHopeless = 3;  // lines, without one of them in its place
-// A busy computer loses frames and delivers them late: at half the speed both cost half the way.
-// Below this the picture changes too little from frame to frame (the paper scans at 6.7 mm/s).
+// A busy computer loses frames and delivers them late: at half the speed both affect half the
+// distance. Below this limit the picture changes too little from frame to frame (the paper scans at
+// 6.7 mm/s).
 constexpr double kSlowest_mm_s = 5;
 
 // "line 3", "lines 1 to 5", counted from 1.
@@ -209,14 +211,14 @@ std::string NameOf(const SweepRun& run) {
   return fmt::format("lines {} to {}", run.first + 1, run.first + run.count);
 }
 
-// The speed of the sweeps to come, and how many of them may be repeats.
+// Speed of the next sweeps, and the number of repeats left.
 struct Pace {
   double speed_mm_s = 0;
   std::size_t repeats_left = 0;
 };
 
-// Sweeps a run until its frames can be placed, a few times at most and each time more slowly. What
-// cannot be placed in the end is left out.
+// Repeats a run until its frames can be placed, a few times at most and each time more slowly.
+// Finally omits frames that cannot be placed.
 Result<void> SweepRunAndAgain(const Sweeping& sweeping, const SweepPlan& sweeps,
                               const SweepRun& run, int attempt, Pace& pace,
                               ScanRecording& recording) {
@@ -239,7 +241,7 @@ Result<void> SweepRunAndAgain(const Sweeping& sweeping, const SweepPlan& sweeps,
   return {};
 }
 
-// Says what is safe in spite of an error.
+// Adds to an error which data are safe.
 Result<void> WithWhatIsSafe(Result<void> failed, const ScanRecording& recording,
                             const std::filesystem::path& folder) {
   constexpr std::size_t kFewest = 2;  // lines that an analysis can do with
@@ -249,7 +251,7 @@ Result<void> WithWhatIsSafe(Result<void> failed, const ScanRecording& recording,
               failed.error().kind);
 }
 
-// From the first sweep's start on, where the head is by now; without what commands take.
+// Computes the time from the first sweep's start, where the head is; excludes the commands' own.
 double SweepTime_s(const SweepPlan& sweeps, const ScanRequest& request) {
   settings::PrinterSettings printer;
   printer.travel_speed_mm_s = request.travel_speed_mm_s;
@@ -266,7 +268,7 @@ Result<void> ScanAll(const Sweeping& sweeping, const SweepPlan& sweeps, ScanReco
   double each_s = SweepTime_s(sweeps, sweeping.request) / static_cast<double>(lines);
   for (const SweepRun& run : sweeps.runs) {
     const std::size_t i = run.first;
-    // Travels and waits are known once there was a run.
+    // Times of travels and waits are known after the first run.
     if (i > 0) each_s = (machine::HostNow() - begin_s) / static_cast<double>(i);
     sweeping.session.Tell({.text = fmt::format("scanning {} of {}", NameOf(run), lines),
                            .remaining_s = each_s * static_cast<double>(lines - i),

@@ -1,4 +1,4 @@
-// Sweeps the laser over printed lines and records what the camera sees.
+// Sweeps the laser over printed lines and records the camera's frames.
 #pragma once
 
 #include <filesystem>
@@ -16,18 +16,17 @@
 
 namespace trammel::procedure {
 
-// Whether the camera sees the laser: an unplugged one would be measured as noise.
+// Check that the camera detects the laser: an unplugged one would be measured as noise.
 
-/// Switches the laser on and compares pictures before and after. Leaves it on: the caller switches
-/// it off, whatever comes back. Errors: kMachine where the picture does not become redder, with
-/// figures; those of printer and camera.
+/// Switches the laser on and compares pictures before and after. The laser remains on: the caller
+/// switches it off, whatever the result. Errors: kMachine if the picture does not become redder,
+/// with figures; those of printer and camera.
 /// @returns the picture that shows it.
 [[nodiscard]] Result<machine::CapturedFrame> CheckLaser(const Session& session,
                                                         FrameRecorder& recorder,
                                                         const settings::ScanSettings& settings);
 
-/// What the picture of the lit laser says of its focus and of the exposure: advice where it is not
-/// as it should be.
+/// Checks focus and exposure in the picture of the lit laser: advice if they are wrong.
 [[nodiscard]] Check CheckLaserLine(const machine::CapturedFrame& lit,
                                    const settings::ScanSettings& settings);
 
@@ -38,19 +37,19 @@ struct ScanRequest {
   double z_speed_mm_s = 5;
   std::filesystem::path folder;  ///< is there; holds no scan.json yet
   std::string started;           ///< date and time, for the recording
-  std::string camera;            ///< what the camera says it is
+  std::string camera;            ///< camera's description of itself
   bool laser_seen = false;       ///< a scan right before has seen it, and left it on
 };
 
-/// Sweeps every line of the plan: laser on at each line, a pause standing still, the sweep at one
-/// speed, a pause. Each sweep's frames go to `folder`/lineN.avi as they come, and after each line
-/// scan.json is written anew with the lines whose frames could be placed, so that whatever happens
-/// the recording so far can be analysed. A line whose frames
-/// cannot be placed is swept again, twice at most, into lineN-2.avi and lineN-3.avi, and half of
-/// the lines and one more in all. Moves are absolute; the head stands at `sweeps.z_mm` after the
-/// first one. Leaves the laser on: the caller's PrinterStateGuard switches it off. REQUIRES a homed
-/// printer with a PrinterStateGuard. Errors: kMachine (printer, camera, disk, no laser to be seen),
-/// kMeasurement where frames and motion do not go together, kInterrupted.
+/// Sweeps every line of the plan: laser on at each line, a pause at rest, the sweep at one speed, a
+/// pause. Each sweep's frames are written to `folder`/lineN.avi as they arrive. After each line
+/// scan.json is rewritten with the lines whose frames could be placed, so that an aborted recording
+/// can be analysed. A line whose frames cannot be placed is swept again, twice at most, into
+/// lineN-2.avi and lineN-3.avi; in total at most half of the lines plus one. Moves are absolute;
+/// the head is at `sweeps.z_mm` after the first one. The laser remains on: the caller's
+/// PrinterStateGuard switches it off. REQUIRES a homed printer with a PrinterStateGuard. Errors:
+/// kMachine (printer, camera, disk, no visible laser), kMeasurement if frames and motion do not
+/// match, kInterrupted.
 [[nodiscard]] Result<void> ScanLines(const Session& session, FrameRecorder& recorder,
                                      const SweepPlan& sweeps, const ScanRequest& request);
 

@@ -24,7 +24,7 @@ Check CheckSweeps(const PatternPlan& plan, const ScanSettings& settings, const R
   return Pass("bed", "pattern and scan lie within the nozzle's reach");
 }
 
-// That the nozzle's heights lie within its reach.
+// Checks that the nozzle's heights are within its reach.
 std::optional<Check> FindHeightBeyond(const PatternConfig& pattern, const Reach& reach) {
   double lowest_mm = ParkPoint(pattern).z_mm, highest_mm = lowest_mm;
   for (const auto& move : LayOut(pattern).moves) {
@@ -42,15 +42,15 @@ std::optional<Check> FindHeightBeyond(const PatternConfig& pattern, const Reach&
                                 : ""));
 }
 
-// A line's stretch by which a polar printer's bed would have to turn too fast: Klipper then lowers
-// both limits in proportion.
+// Finds a stretch of a line at which a polar printer's bed would have to turn too fast: Klipper
+// then lowers both limits in proportion.
 std::optional<Check> FindTurnTooFast(const PatternConfig& pattern,
                                      const machine::PrinterFacts& facts) {
   if (!facts.max_angular_velocity_rad_s) return std::nullopt;
   const double most_rad_s = *facts.max_angular_velocity_rad_s;
   for (const auto& move : LayOut(pattern).moves) {
     if (move.kind != pressure_advance::MoveKind::kLine) continue;
-    // Lines run along X.
+    // Lines are along X.
     const double lo_mm = std::min(move.from.x_mm, move.to.x_mm) + facts.reach.offset_mm[0];
     const double hi_mm = std::max(move.from.x_mm, move.to.x_mm) + facts.reach.offset_mm[0];
     const double nearest_mm =
@@ -72,7 +72,7 @@ std::optional<Check> FindTurnTooFast(const PatternConfig& pattern,
   return std::nullopt;
 }
 
-// Whether the nozzle reaches the whole pattern.
+// Checks that the nozzle reaches the whole pattern.
 Check CheckPattern(const PatternConfig& pattern, const machine::PrinterFacts& facts) {
   const Reach& reach = facts.reach;
   if (const auto problem = FindProblem(pattern)) {
@@ -107,7 +107,7 @@ Check CheckBed(const PatternConfig& pattern, const ScanSettings& settings,
   return CheckSweeps(MakePlan(LayOut(pattern), pattern, "pattern.gcode"), settings, facts.reach);
 }
 
-// Ready, idle, and nothing stated against the print.
+// Adds checks: ready, idle, and no stated obstacle to the print.
 void AddFacts(const machine::PrinterFacts& facts, const CheckedPattern& checked,
               std::vector<Check>& checks) {
   for (Check& check : CompareFacts(facts, NeedsOf(checked))) checks.push_back(std::move(check));

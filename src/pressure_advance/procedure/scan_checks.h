@@ -1,4 +1,4 @@
-// What must be right before a pattern is printed and scanned, each with what to do about it.
+// Checks before a pattern is printed and scanned, each with its remedy.
 #pragma once
 
 #include <optional>
@@ -13,35 +13,35 @@
 
 namespace trammel::procedure {
 
-/// A pattern that is printed, or lies on the plate.
+/// Pattern that is to be printed, or is on the plate.
 struct CheckedPattern {
   const pressure_advance::PatternConfig& pattern;
-  /// Of a pattern that lies there: where the lines lie and how they were printed.
+  /// Plan of an already printed pattern: positions and print settings of the lines.
   std::optional<pressure_advance::PatternPlan> plan = {};
   bool prints = true;  ///< false: it lies there
 };
 
-/// What printing it takes for granted of the printer.
+/// Returns the requirements of the print on the printer.
 [[nodiscard]] PrintNeeds NeedsOf(const CheckedPattern& checked);
 
-/// Ready, idle, with the commands that the settings name, a printer that states nothing against the
-/// pattern, and a bed that holds pattern and scan. Moves nothing, changes nothing. Never fails by
-/// itself: what cannot be asked is a check not passed.
+/// Checks that the printer is ready, idle, has the commands that the settings name, states nothing
+/// against the pattern, and has a bed that fits pattern and scan. Moves and changes nothing. Never
+/// fails itself: a failed query is a check not passed.
 [[nodiscard]] std::vector<Check> CheckPrinter(const Session& session, const CheckedPattern& checked,
                                               const settings::ScanSettings& settings);
 
-/// The same without any place and any pattern: ready, idle, and with the commands that the settings
+/// Does the same without position and pattern: ready, idle, and with the commands that the settings
 /// name.
 [[nodiscard]] std::vector<Check> CheckLaserCommands(const Session& session,
                                                     const pressure_advance::PatternConfig& pattern,
                                                     const settings::ScanSettings& settings);
 
-/// What a print alone needs: ready, idle, with the commands of the start and end G-code, a printer
-/// that states nothing against the pattern, and a bed that holds it.
+/// Checks a print alone: ready, idle, with the commands of the start and end G-code, no report
+/// against the pattern, and a sufficient bed.
 [[nodiscard]] std::vector<Check> CheckForPrint(const Session& session,
                                                const CheckedPattern& checked);
 
-/// What the head can reach, from the printer's own limits and kinematics.
+/// Returns the reach of the head, from the printer's own limits and kinematics.
 [[nodiscard]] Result<Reach> ReachOf(const Session& session);
 
 }  // namespace trammel::procedure

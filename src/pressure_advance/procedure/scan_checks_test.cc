@@ -21,7 +21,7 @@ class ScanChecks : public ::testing::Test {
     pattern_.material = "pla";
     printer_.state.axis_minimum_mm = {0, 0, -2};
   }
-  /// Why the pattern is not printed; empty where it is.
+  /// Returns why the pattern is not printed; empty if it is.
   [[nodiscard]] std::string Refusal() {
     const auto may =
         FirstFailure(CheckForPrint({printer_, {}, {}}, {pattern_}), ErrorKind::kMachine);

@@ -102,7 +102,7 @@ bool CanBeScored(const std::vector<std::optional<double>>& positions) {
                        [](const auto& position) { return position.has_value(); }) >= 2;
 }
 
-// What the pictures cannot tell goes before what it led to.
+// Puts a cause that the pictures do not show before its effect.
 std::string CauseFirst(const std::string& busy, const std::string& reason) {
   return busy.empty() ? reason : fmt::format("{} ({})", busy, reason);
 }
@@ -163,8 +163,7 @@ Result<void> ScanRecording::Finish() const {
               ErrorKind::kMeasurement);
 }
 
-// What is to be written is known before the first byte is, so that a full disk leaves both files as
-// they were.
+// The content is known before the first byte is written, so that a full disk changes neither file.
 Result<void> ScanRecording::Write() {
   PlaceAll();
   FindCrop();
@@ -172,7 +171,7 @@ Result<void> ScanRecording::Write() {
   return WriteScan();
 }
 
-// Once, in the line in which an analysis of the whole recording would look for it.
+// Done once, in the line that an analysis of the whole recording would use.
 void ScanRecording::FindCrop() {
   if (!scan_.crop && !crop_sought_ && scan_.lines.size() > lines_ / 2) {
     crop_sought_ = true;
@@ -223,9 +222,9 @@ SessionTiming ScanRecording::Match(const std::vector<std::size_t>& sweeps) const
   return pressure_advance::MatchSweeps(chosen, request_.settings.frames_per_s);
 }
 
-// One broken sweep need not spoil all: those that cannot be placed by themselves are left out.
+// Omits sweeps that cannot be placed alone, so that a broken one does not spoil all.
 ScanRecording::Placed ScanRecording::Place() const {
-  constexpr double kRoughestClock_s = 0.03;  // as much as a frame's period
+  constexpr double kRoughestClock_s = 0.03;  // about one frame period
   Placed placed;
   for (std::size_t i = 0; i < recorded_.size(); ++i) {
     if (recorded_[i].clock_sigma_s <= kRoughestClock_s) {
@@ -260,7 +259,7 @@ std::string ScanRecording::BusyComputer(const std::vector<std::size_t>& sweeps) 
   return NameBusyComputer(worst);
 }
 
-// A line with a gap stays: what reads heights only can do with it.
+// A line with a gap remains: readers of heights only can use it.
 void ScanRecording::NameGap(std::size_t sweep, const pressure_advance::ScanLine& line) {
   if (!transitions_) return;
   const std::string gap =
@@ -328,17 +327,17 @@ void ScanRecording::NameMissing(const std::vector<Missing>& missing) {
     not_placed_.push_back({video, pressure_advance_s, why, !busy.empty()});
     left_out_.push_back(fmt::format("the line of pressure advance {:g} is left out: {}: {}",
                                     pressure_advance_s, video, why));
-    // What one line is too little to tell, more lines will.
+    // Too few data of one line may suffice with more lines.
     const bool too_few = timing_.latency_s.verdict() == Verdict::kCannotTell;
     if (sweep + 1 == recorded_.size() && !too_few) trouble_ = why;
   }
 }
 
-// scan.json holds the lines whose frames could be placed; a reader can score no others.
+// scan.json contains the lines with placed frames; a reader can score no others.
 Result<void> ScanRecording::WriteScan() {
   const std::filesystem::path file = request_.folder / "scan.json";
   if (scan_.lines.empty()) {
-    std::error_code ignored;  // what was placed before is contradicted by now
+    std::error_code ignored;  // earlier placements are now contradicted
     std::filesystem::remove(file, ignored);
     safe_ = 0;
     return {};

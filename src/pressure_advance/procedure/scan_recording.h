@@ -1,4 +1,4 @@
-// What a scan leaves on disk: sweeps.json from the start, scan.json as soon as frames are placed.
+// Files of a scan on disk: sweeps.json from the start, scan.json as soon as frames are placed.
 #pragma once
 
 #include <cstddef>
@@ -17,53 +17,53 @@
 
 namespace trammel::procedure {
 
-/// A line as it was swept.
+/// Line as swept.
 struct SweptLine {
   double pressure_advance_s = 0;
   AxisDirection print_direction = AxisDirection::kPlusX;
-  SweptStretch stretch;  ///< of the motion
-  int pattern = 0;       ///< of several on one plate
+  SweptStretch stretch;  ///< stretch of the motion
+  int pattern = 0;       ///< index on a plate of several
 };
 
-/// One sweep, of one line or of several in one go, as it was recorded.
+/// Recorded sweep of one line, or of several in one run.
 struct RecordedSweep {
   std::vector<SweptLine> lines;  ///< at least one
-  std::string video;             ///< in the recording's folder; its `.times` beside it
+  std::string video;             ///< in the recording's folder, with its `.times`
   std::vector<machine::CapturedFrame> frames;
   std::vector<pressure_advance::LineMove> motion;  ///< ways, on this machine's clock
   double clock_sigma_s = 0;                        ///< of the motion's times
 };
 
-/// Keeps a recording readable at any moment (docs/reference/formats.md).
+/// Writes a recording that is readable at any moment (docs/reference/formats.md).
 class ScanRecording {
  public:
-  /// The request outlives the recording.
-  /// @param lines  that are to be swept.
+  /// The request must outlive the recording.
+  /// @param lines  number to be swept.
   ScanRecording(const ScanRequest& request, std::size_t lines);
 
-  /// Writes sweeps.json, which says what is going to be recorded. Errors: the disk's.
+  /// Writes sweeps.json, which lists the planned recordings. Errors: the disk's.
   [[nodiscard]] Result<void> Begin();
 
   /// Places the frames of all sweeps so far anew and writes both files. Decodes every frame of this
   /// sweep. Errors: the disk's; a picture that cannot be decoded.
   [[nodiscard]] Result<void> Add(RecordedSweep sweep);
 
-  /// Why the sweep that was added last cannot be placed, or nothing can since it was, or why its
-  /// line cannot be read; absent where all can.
+  /// Reason why the last added sweep, or any sweep since, cannot be placed, or its line cannot be
+  /// read; absent if all can.
   [[nodiscard]] const std::optional<std::string>& trouble() const { return trouble_; }
 
-  /// Leaves the sweep that was added last to itself, because its line is swept again; its video
-  /// stays. Errors: the disk's.
+  /// Excludes the last sweep, because its line is swept again; its video remains. Errors: the
+  /// disk's.
   [[nodiscard]] Result<void> SetLastAside();
 
-  /// Errors (kMeasurement): the frames of a third of the lines or more could not be placed; with
-  /// the reason.
+  /// Errors (kMeasurement): at least a third of the lines have frames without position; with the
+  /// reason.
   [[nodiscard]] Result<void> Finish() const;
 
-  /// A sentence for each line whose frames could not be placed, which scan.json is without, and for
-  /// each with a gap that keeps it from being read.
+  /// Returns a sentence for each line whose frames could not be placed, which scan.json omits, and
+  /// for each with a gap that makes it unreadable.
   [[nodiscard]] const std::vector<std::string>& LeftOut() const { return left_out_; }
-  /// How many lines have their place, and how many of them scan.json has: fewer after an error.
+  /// Number of lines with a place, and of those in scan.json: fewer after an error.
   [[nodiscard]] std::size_t placed() const { return scan_.lines.size(); }
   [[nodiscard]] std::size_t safe() const { return safe_; }
 
@@ -76,7 +76,7 @@ class ScanRecording {
   };
   struct Missing {
     std::size_t sweep = 0;
-    std::size_t line = 0;  // of the sweep
+    std::size_t line = 0;  // index in the sweep
     std::string why;
   };
   struct Placed {
@@ -98,13 +98,13 @@ class ScanRecording {
 
   const ScanRequest& request_;
   std::size_t lines_;
-  const Result<pressure_advance::TransitionPlan> transitions_;  // of every line
+  const Result<pressure_advance::TransitionPlan> transitions_;  // common to all lines
   std::vector<RecordedSweep> recorded_;                         // without their frames
   std::vector<pressure_advance::SweepObservation> seen_;        // one for each
   bool our_clock_ = true;                   // capture times are on a clock of ours
-  pressure_advance::SessionTiming timing_;  // of the lines in scan_
-  pressure_advance::Scan scan_;             // for scan.json
-  bool crop_sought_ = false;                // where the settings name none
+  pressure_advance::SessionTiming timing_;  // of lines in scan_
+  pressure_advance::Scan scan_;             // written to scan.json
+  bool crop_sought_ = false;                // true if the settings have none
   std::optional<PixelRect> found_crop_;
   std::size_t safe_ = 0;  // lines that scan.json has
   std::vector<NotPlaced> not_placed_;

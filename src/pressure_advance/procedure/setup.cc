@@ -30,8 +30,8 @@ constexpr double kAsk_s = 10;
 constexpr const char* kMarkGcode = "mark.gcode";
 constexpr double kWideHalf_mm = 4, kWideStep_mm = 1;    // a focus guessed by 1 mm is well inside
 constexpr double kFineHalf_mm = 4, kFineStep_mm = 0.5;  // a halo hides how the width bends nearby
-constexpr int kMostSweeps = 4;                          // in search of the focus
-constexpr double kStep_mm = 1.5;  // of the head, to learn how the mark's picture follows it
+constexpr int kMostSweeps = 4;                          // to find the focus
+constexpr double kStep_mm = 1.5;  // of the head, to learn the mark's motion in the picture
 constexpr double kStop_s = 2;     // about, from one picture to the next
 
 struct Run {
@@ -48,7 +48,7 @@ void Told(const Session& session, std::string text, std::size_t pictures) {
                 .done = {}});
 }
 
-// The stripe at each height; which way it runs is told by the first picture that shows it.
+// Reads the stripe at each height; its direction comes from the first picture that shows it.
 Result<std::vector<PlacedStripe>> SweepStripe(Run& run, const std::vector<HeadPlace>& places,
                                               const std::string& name) {
   std::vector<PlacedStripe> stripes;
@@ -65,7 +65,7 @@ Result<std::vector<PlacedStripe>> SweepStripe(Run& run, const std::vector<HeadPl
   return stripes;
 }
 
-// Every value is missing for the same reason.
+// Sets the same reason for every missing value.
 void EndWith(const Measured& why, SetupResult& result) {
   result.focus_mm = result.scale.px_per_mm = result.scale.rotation_rad = result.scale.play_x_mm =
       result.scale.play_y_mm = result.offset.x_mm = result.offset.y_mm = why;
@@ -73,7 +73,7 @@ void EndWith(const Measured& why, SetupResult& result) {
   result.scan_angle_rad = result.laser_turn_rad = why;
 }
 
-// Where the next sweep is to look, if this one saw the stripe become sharper towards its end.
+// Returns the middle of the next sweep, if the stripe became sharper towards this one's end.
 std::optional<double> LookFurther(const StripeSweep& sweep, double middle_mm,
                                   const ClearHeights& clear) {
   if (sweep.focus_mm.good() || !sweep.sharpest_mm) return std::nullopt;
@@ -95,7 +95,7 @@ Measured WithClearHeights(const Measured& focus, const ClearHeights& clear) {
                   focus.reason(), clear.low_mm, clear.high_mm));
 }
 
-// Looks for the focus over the empty plate. Good: a height; else the record holds the reason.
+// Searches the focus over the empty plate. Good: a height; else the record has the reason.
 Result<std::optional<double>> FindFocus(Run& run, HeadPlace at) {
   const Session& session = run.eye.session();
   Measured focus;
@@ -147,10 +147,10 @@ Result<MarkReading> LookAtMark(Run& run, const HeadPlace& place, const std::stri
   return ReadMark(picture.view(), run.record.mark.shape);
 }
 
-// Looks for the mark round where the settings expect it. Without one the record says why.
+// Searches the mark around its expected position. If it is missing, the record has the reason.
 Result<std::optional<FoundMark>> SearchMark(Run& run, const HeadPlace& expected) {
   const auto& size = run.record.seen.picture;
-  // Two thirds of what a camera of this kind shows, so that the mark is whole in one of two looks.
+  // Two thirds of the typical field of view, so that the mark is whole in one of two pictures.
   constexpr double kPx_per_mm = 45;
   const auto step = [](int px) { return std::clamp(0.6 * px / kPx_per_mm, 2.0, 8.0); };
   const auto places = SearchPlaces(expected, step(size.width_px), step(size.height_px));
@@ -171,7 +171,7 @@ Result<std::optional<FoundMark>> SearchMark(Run& run, const HeadPlace& expected)
   return std::nullopt;
 }
 
-// One step of the head, to whichever side keeps the mark in the picture.
+// Moves the head by one step, to whichever side keeps the mark in the picture.
 Result<std::optional<FoundMark>> StepAside(Run& run, const FoundMark& from, double x, double y,
                                            const std::string& name) {
   for (const double side : {1.0, -1.0}) {
@@ -186,7 +186,7 @@ Result<std::optional<FoundMark>> StepAside(Run& run, const FoundMark& from, doub
   return std::nullopt;
 }
 
-// Brings the mark into the picture's middle, whichever way the camera is turned or mirrored.
+// Moves the mark to the picture's centre, whatever the camera's rotation or mirroring.
 Result<std::optional<FoundMark>> CentreMark(Run& run, const FoundMark& found) {
   const auto along_x = TRY(StepAside(run, found, 1, 0, "step-x"));
   const auto along_y = TRY(StepAside(run, found, 0, 1, "step-y"));
@@ -206,7 +206,7 @@ Result<std::optional<FoundMark>> CentreMark(Run& run, const FoundMark& found) {
                           (along_y->reading.column_px - found.reading.column_px) / dy,
                           (along_y->reading.row_px - found.reading.row_px) / dy};
   const double px_per_mm = found.reading.side_px / run.record.mark.shape.side_mm;
-  constexpr double kLeast = 0.25;  // of a picture that follows both axes by its scale
+  constexpr double kLeast = 0.25;  // of the expected determinant if both axes are followed
   if (std::abs(motion.determinant()) < kLeast * px_per_mm * px_per_mm) {
     fault = fmt::format(
         "the mark does not follow the head: a millimetre of x moves it by ({:+.1f}, {:+.1f}) px, "
@@ -228,7 +228,7 @@ Result<std::optional<FoundMark>> CentreMark(Run& run, const FoundMark& found) {
   return std::nullopt;
 }
 
-// The mark from sixteen places.
+// Photographs the mark from sixteen positions.
 Result<void> LookFromGrid(Run& run, const FoundMark& middle) {
   auto& seen = run.record.seen;
   const double half_mm = GridHalf_mm(middle.reading, run.record.mark.shape, seen.picture);
@@ -274,7 +274,7 @@ Result<void> LookAtMarks(Run& run) {
   return LookFromGrid(run, *middle);
 }
 
-// The stripe beside the mark, on the plate as it is after heating.
+// Reads the stripe beside the mark, on the plate after heating.
 Result<void> SweepBesideMark(Run& run, HeadPlace at, double focus_mm) {
   const auto& clear = run.eye.clear();
   const auto rounded = [](double mm) { return std::round(100 * mm) / 100; };
@@ -294,7 +294,7 @@ Result<void> SweepBesideMark(Run& run, HeadPlace at, double focus_mm) {
   return {};
 }
 
-// The mark under the laser, in both lights.
+// Photographs the mark under the laser, in both lights.
 Result<void> TryOffset(Run& run) {
   SetupRecord& record = run.record;
   const auto& offset = record.result.offset;
@@ -346,7 +346,7 @@ Result<void> CheckSetup(const Session& session, const SetupRequest& request) {
   TRY(FirstFailure(checks, ErrorKind::kMachine));
   const auto facts = TRY(ReadFacts(session));
   PrintNeeds needs = NeedsOf({request.pattern});
-  needs.motions.clear();  // of the pattern's lines
+  needs.motions.clear();  // those of the pattern's lines
   needs.sets_pressure_advance = false;
   checks = CompareFacts(facts, needs);
   checks.push_back(CompareTemperatures(facts, request.pattern));

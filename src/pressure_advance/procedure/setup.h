@@ -1,5 +1,5 @@
 // Sets up laser and camera on a real printer: the stripe over heights, a printed mark from known
-// places, and the offset tried.
+// positions, and a trial of the offset.
 #pragma once
 
 #include <filesystem>
@@ -19,24 +19,23 @@ namespace trammel::procedure {
 
 struct SetupRequest {
   pressure_advance::PatternConfig pattern;
-  settings::ScanSettings settings;  ///< where the camera is expected: offset and focus height
+  settings::ScanSettings settings;  ///< expected camera offset and focus height
   pressure_advance::MarkPlace mark;
   ClearHeights clear;
   std::filesystem::path folder;  ///< is there and empty; receives pictures and G-code
   RunIdentity identity;          ///< its run, started and state_folder are asked for
 };
 
-/// What was seen, and what came of it.
+/// Observations and results of a setup.
 struct SetupRecord {
   pressure_advance::MarkPlan mark;
   std::vector<pressure_advance::PlacedStripe> first_sweep;  ///< over the empty plate
   pressure_advance::SetupObservations seen;
   pressure_advance::SetupResult result;
-  std::string camera;  ///< as the camera describes itself
+  std::string camera;  ///< camera's description of itself
 };
 
-/// Good: the record holds a verdict, which need not be good. Else the machine failed, or it was
-/// stopped.
+/// Good: the record has a verdict, good or not. Else the machine failed, or the run was stopped.
 struct SetupOutcome : GuardedOutcome {
   SetupRecord record;
 };

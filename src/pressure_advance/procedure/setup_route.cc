@@ -20,7 +20,7 @@ using pressure_advance::HeadPlace;
 constexpr double kMove_s = 120;
 constexpr double kFrame_s = 5;
 constexpr int kFrames = 4;     // halves the sensor's noise
-constexpr int kMostTries = 8;  // of a picture that shows motion: a busy computer's is late
+constexpr int kMostTries = 8;  // for a picture with motion: on a busy computer it is late
 
 Result<void> Keep(const machine::CapturedFrame& frame, const std::filesystem::path& stem) {
   const std::string_view bytes(reinterpret_cast<const char*>(frame.image.data()),
@@ -50,7 +50,7 @@ Result<void> SetupEye::Run(const std::string& gcode) {
   return session_.printer.FinishMoves(session_.Within(kMove_s));
 }
 
-// Again for each picture: the printer's own limit switches a forgotten laser off.
+// Repeated for each picture: the printer's own limit switches a forgotten laser off.
 Result<void> SetupEye::Switch(SetupLight light) {
   if (light == SetupLight::kRoom) return LightRoom();
   TRY(Run(settings_.lights_off_gcode));
@@ -62,7 +62,7 @@ Result<void> SetupEye::LightRoom() {
   return Run(settings_.lights_on_gcode);
 }
 
-// The mean of frames that show the same; absent where something moves from the first to the last.
+// Returns the mean of stable frames; absent if there is motion between the first and the last.
 Result<std::optional<Frame>> SetupEye::MeanPicture(const std::string& name) {
   vision::StillPicture picture;
   while (true) {
@@ -109,8 +109,8 @@ using settings::ScanSettings;
 constexpr double kLeastSweep_mm = 5;  // over which the stripe's width bends enough to be told
 constexpr double kGreatestGrid_mm = 4.5;
 constexpr int kGridSide = 4;
-// From the mark to the stripe on bare plate, along y: half a picture, half a mark, and as far as
-// an offset may be wrong.
+// Distance from the mark to the stripe on bare plate, along y: half a picture, half a mark, and the
+// offset's possible error.
 constexpr double kAway_mm = 15;
 constexpr double kTowardsRunIn_mm = 12.5;
 
@@ -214,9 +214,9 @@ HeadPlace BringMark(const HeadPlace& from, const MarkReading& seen, double colum
 
 double GridHalf_mm(const MarkReading& seen, const pressure_advance::MarkShape& shape,
                    const pressure_advance::PictureSize& picture) {
-  constexpr double kClear_px = 10;  // of the picture's edge: the plate beside the bead is read, too
+  constexpr double kClear_px = 10;  // from the picture's edge: the plate near the bead is read, too
   const double px_per_mm = seen.side_px / shape.side_mm;
-  // A turned square reaches further along columns and rows, and so does the square of places.
+  // A rotated square extends further along columns and rows, and so does the square of positions.
   const double spread = std::abs(std::cos(seen.turn_rad)) + std::abs(std::sin(seen.turn_rad));
   const double mark_px = 0.5 * (shape.side_mm + 3 * shape.bead_mm) * px_per_mm * spread;
   const double room_px = 0.5 * std::min(picture.width_px, picture.height_px) - mark_px - kClear_px;

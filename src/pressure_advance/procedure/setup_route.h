@@ -1,4 +1,4 @@
-// Where the head goes while laser and camera are set up: heights over the plate, places round a
+// Route of the head during the setup of laser and camera: heights over the plate, places round a
 // printed mark.
 #pragma once
 
@@ -20,33 +20,33 @@
 
 namespace trammel::procedure {
 
-/// Heights of the nozzle, in the printer's coordinates, between which its user has seen that
-/// nothing on the head touches anything.
+/// Nozzle heights, in the printer's coordinates, between which the user has checked that nothing on
+/// the head collides.
 struct ClearHeights {
   double low_mm = 0;
   double high_mm = 0;
 };
 
-// Takes pictures of a standing head, lit or by the laser alone, and reads them.
+// Takes pictures with the head at rest, in room light or by the laser alone, and reads them.
 
-/// Light in which a picture is taken.
+/// Light of a picture.
 enum class SetupLight {
   kRoom,   ///< laser off, lights on
   kLaser,  ///< laser on, lights off
 };
 
-/// Moves only where CheckPlace lets it. Leaves laser and lights as they are: the caller's
-/// PrinterStateGuard switches the one off and brings the others back.
+/// Moves only within CheckPlace. Does not restore laser and lights: the caller's PrinterStateGuard
+/// does.
 class SetupEye {
  public:
-  /// Views are not owned and outlive it. REQUIRES an eye with a camera.
+  /// Views are not owned and must outlive it. REQUIRES an eye with a camera.
   SetupEye(const Session& session, const Eye& eye, const pressure_advance::PatternConfig& config,
            const settings::ScanSettings& settings, const ClearHeights& clear, const Reach& reach,
            std::filesystem::path folder);
 
-  /// Goes there, switches the light, waits, and takes the mean of some frames that show the same.
-  /// The last of them is kept in the folder as NAME.jpg (or .png). Errors: those of printer, camera
-  /// and disk, and a picture that goes on moving; kSafety outside of what is clear.
+  /// Moves to the position, switches the light, waits, and returns the mean of some stable frames.
+  /// Stores the last of them in the folder as NAME.jpg (or .png). Errors: those of printer, camera
+  /// and disk, and a picture that does not settle; kSafety outside of the clear heights.
   [[nodiscard]] Result<Frame> Look(const pressure_advance::HeadPlace& place, SetupLight light,
                                    const std::string& name);
 
@@ -71,28 +71,29 @@ class SetupEye {
   std::filesystem::path folder_;
 };
 
-/// Each height and place is approached from this far, so that play shows: more than is borne.
+/// Approach distance to each height and position, which takes up backlash: larger than the accepted
+/// backlash.
 inline constexpr double kApproach_mm = 0.5;
 
-/// That the heights lie within the printer's reach, hold the expected focus and are enough for a
-/// sweep. Errors: kInput, kSafety outside of the reach; each with its figures.
+/// Checks that the heights are within the printer's reach, contain the expected focus and suffice
+/// for a sweep. Errors: kInput, kSafety outside of the reach; each with its figures.
 [[nodiscard]] Result<void> CheckClearHeights(const ClearHeights& clear,
                                              const settings::ScanSettings& settings,
                                              const Reach& reach);
 
-/// Heights about `middle_mm`, at most `half_mm` away and within what is clear: upwards, each
-/// reached from below, then downwards, each from above; so that the approach is clear, too.
+/// Returns heights about `middle_mm`, at most `half_mm` away and within the clear range, including
+/// the approach: upwards, each reached from below, then downwards, each from above.
 [[nodiscard]] std::vector<pressure_advance::HeadPlace> SweepHeights(
     const pressure_advance::HeadPlace& at, double half_mm, double step_mm,
     const ClearHeights& clear);
 
-/// Places from which the mark may come into view, nearest to where the settings expect it first:
+/// Returns positions from which the mark may become visible, nearest to the expected one first:
 /// itself and two rings about it.
 /// @param step_mm  between them: less than the picture shows
 [[nodiscard]] std::vector<pressure_advance::HeadPlace> SearchPlaces(
     const pressure_advance::HeadPlace& expected, double step_mm_x, double step_mm_y);
 
-/// How the mark's picture follows the head: px per mm of x and of y.
+/// Motion of the mark's picture with the head: px per mm of x and of y.
 struct MarkMotion {
   double column_per_x = 0;
   double row_per_x = 0;
@@ -104,35 +105,36 @@ struct MarkMotion {
   }
 };
 
-/// The head's place that brings the mark from one pixel to another. REQUIRES a determinant.
+/// Returns the head's position that moves the mark from one pixel to another. REQUIRES a
+/// determinant.
 [[nodiscard]] pressure_advance::HeadPlace BringMark(const pressure_advance::HeadPlace& from,
                                                     const pressure_advance::MarkReading& seen,
                                                     double column_px, double row_px,
                                                     const MarkMotion& motion);
 
-/// Half of the square of places from which the whole mark stays in the picture, once it stands in
-/// its middle; at most 4.5 mm, 0 or less where the picture is too small.
+/// Returns the half width of the square of positions from which the whole mark is within the
+/// picture, once it is centred; at most 4.5 mm, 0 or less if the picture is too small.
 [[nodiscard]] double GridHalf_mm(const pressure_advance::MarkReading& seen,
                                  const pressure_advance::MarkShape& shape,
                                  const pressure_advance::PictureSize& picture);
 
-/// Sixteen places of a square about `middle`, each axis of half of them approached from either
-/// side.
+/// Returns sixteen positions of a square about `middle`; each axis is approached from either side
+/// for half of them.
 [[nodiscard]] std::vector<pressure_advance::HeadPlace> GridPlaces(
     const pressure_advance::HeadPlace& middle, double half_mm);
 
-/// Where the head stands for the stripe on bare plate beside the mark: behind it, or in front of
-/// it, away from its run-in where that can be reached. Errors: kSafety where neither can.
+/// Returns the head's place for the stripe on bare plate beside the mark: behind or in front of it,
+/// away from its run-in if that is within reach. Errors: kSafety if neither is.
 [[nodiscard]] Result<pressure_advance::HeadPlace> PlaceBesideMark(
     const pressure_advance::MarkPlan& mark, const settings::ScanSettings& settings,
     const Reach& reach);
 
-/// That the head may go there, with the approach from either side. Errors: kSafety, with the place
-/// and the bounds.
+/// Checks that the head may move there, with the approach from either side. Errors: kSafety, with
+/// the place and the bounds.
 [[nodiscard]] Result<void> CheckPlace(const pressure_advance::HeadPlace& place,
                                       const ClearHeights& clear, const Reach& reach);
 
-/// The approach to a place and the place itself, absolute; heights first.
+/// Returns the moves of the approach and to the position itself, absolute; heights first.
 [[nodiscard]] std::string GcodeTo(const pressure_advance::HeadPlace& place,
                                   const pressure_advance::PatternConfig& config);
 

@@ -65,7 +65,7 @@ Sweep Along(const PlanLine& line, std::size_t index, double length_mm,
   sweep.pressure_advance_s = line.pressure_advance_s;
   sweep.along_x = (line.end_x_mm - line.start_x_mm) / length_mm;
   sweep.along_y = (line.end_y_mm - line.start_y_mm) / length_mm;
-  // The nozzle stands beside what the camera looks at.
+  // The nozzle is offset from the camera's target.
   const double nozzle_x_mm = line.start_x_mm - settings.camera_offset_x_mm;
   const double nozzle_y_mm = line.start_y_mm - settings.camera_offset_y_mm;
   sweep.origin_mm = nozzle_x_mm * sweep.along_x + nozzle_y_mm * sweep.along_y;
@@ -78,15 +78,15 @@ Sweep Along(const PlanLine& line, std::size_t index, double length_mm,
   return sweep;
 }
 
-constexpr double kSeenShare = 0.75;  // of a line's first slow stretch may be skipped
+constexpr double kSeenShare = 0.75;  // of a line's first slow segment that may be skipped
 
-// How much of a line may be skipped: its change of speed has to be seen, and a little before.
+// Returns the line's skippable length: its change of speed must be visible, and a little before.
 double FirstSlow_mm(const PatternPlan& plan) {
   if (plan.segments.empty()) return plan.line_length_mm;
   return kSeenShare * plan.segments.front().fraction * plan.line_length_mm;
 }
 
-// That frames enough show the stretches that a line is compared with.
+// Checks that enough frames show the stretches that a line is compared with.
 Result<void> CheckFrames(const PatternPlan& plan, const ScanSettings& settings) {
   constexpr double kFewest = 3;
   double longest_s = 0;
@@ -140,9 +140,9 @@ double Distance_mm(double from_x_mm, double from_y_mm, double to_x_mm, double to
 
 constexpr double kLongestRun_s = 20;  // the printer's own limit switches a laser off after 30 s
 
-// Puts sweeps into runs, and turns those round that begin at their far end.
+// Groups sweeps into runs, and reverses those that begin at their far end.
 void PlanRuns(const ScanSettings& settings, SweepPlan& plan) {
-  constexpr double kLongestTurn_mm = 10;  // what lies further off is another pattern
+  constexpr double kLongestTurn_mm = 10;  // farther lines belong to another pattern
   double way_mm = 0;
   for (std::size_t i = 0; i < plan.sweeps.size(); ++i) {
     Sweep& sweep = plan.sweeps[i];
@@ -254,7 +254,7 @@ Result<SweepPlan> PlanSweeps(const PatternPlan& plan, std::optional<int> pattern
 
 pressure_advance::PatternConfig ParkedForScan(const pressure_advance::PatternConfig& pattern,
                                               const ScanSettings& settings, const Reach& reach) {
-  constexpr double kClear_mm = 5;  // what a hot end and its ooze keep from the lines
+  constexpr double kClear_mm = 5;  // clearance of hot end and ooze from the lines
   if (pattern.park_x_mm || pattern.park_y_mm) return pattern;
   const auto layout = LayOut(pattern);
   const auto sweeps = PlanSweeps(MakePlan(layout, pattern, ""), {}, settings, reach);

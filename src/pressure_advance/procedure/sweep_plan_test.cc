@@ -26,7 +26,7 @@ SweepPlan PlanOf(bool alternate, int at_once) {
   return PlanSweeps(plan, {}, settings, kReach).value();
 }
 
-// What a printer that goes along a run tells of it, each leg from rest to rest.
+// Returns the moves that a printer reports along a run, each leg from rest to rest.
 std::vector<machine::TrapezoidMove> MovesAlong(std::span<const Sweep> run) {
   std::vector<machine::TrapezoidMove> moves;
   double time_s = 10;
@@ -56,7 +56,7 @@ TEST(SweepPath, GoesToTheNearerEndOfTheNextLineWhicheverWayThatWasPrinted) {
       EXPECT_NEAR(legs[i].length_mm, 4, kExact_mm) << "the lines' spacing";
     }
     const auto stretches = StretchesOf(run);
-    // Where all were printed one way, every other one is swept against its print.
+    // If all were printed one way, every other one is swept against its print.
     EXPECT_EQ(stretches[1].direction, alternate ? 1 : -1);
     for (const SweptStretch& line : stretches) {
       const double first_mm = line.PositionOf(line.begin_mm);

@@ -1,4 +1,4 @@
-// The result of a pressure-advance analysis: what the report draws and --json prints.
+// Result of a pressure-advance analysis, for the report and --json.
 #pragma once
 
 #include <optional>
@@ -21,7 +21,7 @@ struct DeviationResult {
   std::vector<double> cubic;  ///< score = c0 + c1 p + c2 p^2 + c3 p^3, p in s; empty without a fit
 };
 
-/// One transition's part in the response fit.
+/// Result of one transition in the response fit.
 struct TransitionResult {
   Measured pressure_advance;  ///< s
   double window_begin = 0;    ///< positions along the line, in the profiles' PositionUnit
@@ -32,64 +32,64 @@ struct TransitionResult {
   std::vector<double> fitted_s;  ///< the fitted response at each line's pressure advance
 };
 
-/// The law of the extruder's lag that the shapes of whole lines showed, and how it was weighed with
-/// the changes of speed.
+/// Storage model of the extruder's lag estimated from the shapes of whole lines, and its weight
+/// against the changes of speed.
 struct LearntLaw {
-  Quantity pressure_advance_s;  ///< by the law alone; other laws than those learnt are counted
-  Quantity crossings_s;         ///< by the changes of speed, as they were weighed with it
-  double correction_s = 0;      ///< of that, taken off as lines of the law err by it
-  double weight = 0;            ///< of the law in the answer, the crossings have the rest; 0 … 1
-  Quantity slow_lag_s;          ///< what a small change of speed lags by, at the slow speed …
+  Quantity pressure_advance_s;  ///< by the storage model alone; includes the error of other models
+  Quantity crossings_s;         ///< by the speed changes, as weighted with the model
+  double correction_s = 0;      ///< correction of that for its error on lines of the model
+  double weight = 0;            ///< model's weight in the answer, crossings have the rest; 0 … 1
+  Quantity slow_lag_s;          ///< lag of a small speed change, at the slow speed …
   Quantity fast_lag_s;          ///< … and at the fast one
   Quantity slip;                ///< share of the flow lost at the fast speed, 0 … 1
   double lag_scatter_s = 0;     ///< 1 sigma, from line to line
   int lines = 0;                ///< that the law was learnt of
-  /// Correlation of what neighbouring lines differ by from the law; near 0 where the extruder
-  /// follows it, and the less it counts.
+  /// Correlation of neighbouring lines' residuals from the model; near 0 if the extruder follows
+  /// it. The weight falls as it grows.
   double shared_misfit = 0;
   Interval learnt_from_mm;  ///< positions along the lines
 };
 
-/// An answer; where it may lie outside the tested range, also the range to print next.
+/// Answer; if it may be outside the tested range, also the range to print next.
 struct RangedAnswer {
   Measured pressure_advance;             ///< s
   std::optional<Interval> print_next_s;  ///< 0 <= lo < hi; present only without a number
 };
 
 struct ResponseResult : RangedAnswer {
-  std::optional<LearntLaw> law;  ///< of short lines that are read to scale
+  std::optional<LearntLaw> law;  ///< short lines at known scale
   TransitionResult acceleration;
   TransitionResult deceleration;
 };
 
-/// What patterns alike say one by one.
+/// Results of identical patterns, one by one.
 struct Repeats {
   std::vector<Measured> pattern_s;  ///< each by its own lines, in print order
   double scatter_s = 0;  ///< standard deviation of those that are good; 0 for fewer than two
-  /// What patterns differ by beyond their own uncertainties, 1 sigma: the median of what is likely
-  /// by prior and scatter.
+  /// Standard deviation between patterns beyond their own uncertainties, k = 1: the median of its
+  /// distribution by prior and scatter.
   double between_s = 0;
-  /// They scatter more than 19 of 20 such sets do by chance.
+  /// True if they scatter more than 19 of 20 such sets do by chance.
   bool disagree = false;
 };
 
-/// Everything known about one printed line.
+/// All results of one printed line.
 struct LineResult {
   double pressure_advance_s = 0;
   bool used = false;
-  std::string reason;  ///< why it was not used
-  int pattern = 0;     ///< of several on one plate
+  std::string reason;  ///< why not used
+  int pattern = 0;     ///< index on a plate of several
 };
 
 struct Analysis : RangedAnswer {
   std::vector<LineResult> lines;
   LineMotion motion;
   std::vector<LineProfile> profiles;  ///< same order as lines
-  std::optional<HeightScale> scale;   ///< of a laser scan whose pixels are known in mm
+  std::optional<HeightScale> scale;   ///< laser scans with known pixel size in mm
   ResponseResult response;
   DeviationResult deviation;
   std::optional<Repeats> repeats;    ///< absent: one pattern, or no response
-  std::vector<std::string> notices;  ///< what a user should know although the verdict stands
+  std::vector<std::string> notices;  ///< for the user, although the verdict holds
   std::optional<gcode::PrintedBy> printed_by = gcode::PrintedBy{};  ///< absent: not known
 };
 

@@ -20,7 +20,7 @@ std::optional<std::string> FindShortFastSegment(const LineMotion& motion) {
   }
   const Segment& fast = segments[1];
   const double fast_mm = fast.fraction * *motion.length_mm;
-  // The share of the fast segment in which a speed change has to be over.
+  // Share of the fast segment in which a speed change must end.
   struct Ramp {
     double slow_mm_s = 0;
     double share = 0;
@@ -38,7 +38,7 @@ std::optional<std::string> FindShortFastSegment(const LineMotion& motion) {
   }
   constexpr double kRounding = 1e-9;
   if (lowest_mm_s2 <= *motion.acceleration_mm_s2 * (1 + kRounding)) return std::nullopt;
-  // Rounded to the side that is allowed.
+  // Rounded towards the permitted side.
   return fmt::format(
       "the fast segment of {:.3g} mm is too short for a steady stretch at {:.4g} mm/s: at {:.4g} "
       "mm/s^2, speeding up may take {:.0f} % of it and slowing down {:.0f} %; take at most {:g} "

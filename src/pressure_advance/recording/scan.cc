@@ -18,7 +18,7 @@ struct Bounds {
   bool above_lo = false;  ///< lo itself is out of bounds
 };
 
-/// Keeps the first thing that is wrong.
+/// Records the first fault.
 class Checker {
  public:
   void Number(const std::string& key, double value, const Bounds& bounds) {
@@ -156,7 +156,7 @@ Result<void> Validate(const Scan& scan) {
     check.Number("px_per_mm", *scan.px_per_mm, {1, 10000});
   }
   if (scan.px_per_mm_sigma) check.Number("px_per_mm_sigma", *scan.px_per_mm_sigma, {0, 1000, true});
-  // The bounds are in degrees; a rounding step of the conversion must not put 85 outside.
+  // The bounds are in degrees; rounding of the conversion must not put 85 outside.
   const auto degrees = [](double angle_rad) { return std::round(angle_rad / kDegree * 1e9) / 1e9; };
   check.Number("laser_angle_deg", degrees(scan.laser_angle_rad), {5, 85});
   if (scan.laser_angle_sigma_rad) {

@@ -1,4 +1,4 @@
-// What a recorded laser scan says of itself (scan.json), as plain values.
+// Description of a recorded laser scan (scan.json), as plain values.
 #pragma once
 
 #include <cstddef>
@@ -19,14 +19,14 @@ struct ScanLine {
   std::optional<AxisDirection> print_direction;  ///< on the bed; default +x
   std::optional<AxisDirection> sweep_direction;  ///< on the bed; default: print_direction
   std::vector<double> frame_times_s;             ///< capture times, increasing; empty: frames_per_s
-  /// One entry per frame: where the laser stood, mm from the printed start; absent for a frame that
-  /// must not be scored (the head stands or accelerates, the picture is damaged, its time is
-  /// unknown). The numbers rise or fall strictly. Not empty: positions come from here, not from
-  /// times, speed, sweep_direction and line_start_mm.
+  /// Laser position per frame, mm from the printed start; absent for a frame that must not be
+  /// scored (the head is at rest or accelerates, the picture is damaged, its time is unknown). The
+  /// numbers rise or fall strictly. If not empty, positions come from here, not from times, speed,
+  /// sweep_direction and line_start_mm.
   std::vector<std::optional<double>> frame_positions_mm;
-  int pattern = 0;              ///< of several on one plate, 0 … 9999
+  int pattern = 0;              ///< index on a plate of several, 0 … 9999
   double late_s = 0;            ///< >= 0: delay of the latest frame beyond the promptest one's
-  std::size_t lost_frames = 0;  ///< of its video: that the camera took, and that never came
+  std::size_t lost_frames = 0;  ///< missing in its video: taken by the camera, never received
 };
 
 /// Format 1 of scan.json; docs/reference/formats.md has every key with its bounds.
@@ -46,10 +46,10 @@ struct Scan {
   LineMotion motion;                    ///< length and acceleration are present in a scan
 };
 
-/// What heights and areas have to do with pixels. Absent without px_per_mm.
+/// Returns the scale from pixels to heights and areas. Absent without px_per_mm.
 [[nodiscard]] std::optional<HeightScale> HeightScaleOf(const Scan& scan);
 
-/// Names the key, the value and the bound of the first thing that cannot be.
+/// Errors state the key, the value and the bound of the first invalid entry.
 [[nodiscard]] Result<void> Validate(const Scan& scan);
 
 }  // namespace trammel::pressure_advance

@@ -18,14 +18,14 @@ using Json = nlohmann::ordered_json;
 
 constexpr int kFormat = 1;
 
-/// The three keys that a value in seconds has.
+/// Adds the three keys of a value in seconds.
 void AddSeconds(const Quantity& quantity, Json& object) {
   object["pressure_advance_s"] = Number(quantity.value);
   object["standard_uncertainty_s"] = Number(quantity.standard_uncertainty);
   object["interval95_s"] = {Number(quantity.interval95.lo), Number(quantity.interval95.hi)};
 }
 
-/// Adds the five keys that every measured value has.
+/// Adds the five keys of a measured value.
 void AddMeasured(const Measured& measured, Json& object) {
   object["verdict"] = ToString(measured.verdict());
   object["reason"] = measured.reason();
@@ -57,7 +57,7 @@ Json ValueOf(const Quantity& quantity) {
           {"interval95", {Number(quantity.interval95.lo), Number(quantity.interval95.hi)}}};
 }
 
-/// What whole lines told, and how it counts beside the changes of speed.
+/// Returns the result of whole lines, and its weight beside the changes of speed.
 Json Law(const pa::ResponseResult& response) {
   if (!response.law || !response.pressure_advance.good()) return nullptr;
   const pa::LearntLaw& law = *response.law;
@@ -77,7 +77,8 @@ Json Law(const pa::ResponseResult& response) {
   return object;
 }
 
-/// The median of what was read along a line, with what noise, scale, angle and the eye leave open.
+/// Returns the median of the readings along a line, with the uncertainty of noise, scale, angle and
+/// reader.
 Json Median(const pa::LineProfile& profile, pa::Seen pa::ProfileSample::*quantity,
             const std::optional<double>& share, double reading_share) {
   std::vector<double> values, sigmas;
@@ -97,7 +98,7 @@ Json Median(const pa::LineProfile& profile, pa::Seen pa::ProfileSample::*quantit
            share ? Number(std::hypot(noise, median * *share, median * reading_share)) : nullptr}};
 }
 
-/// What pixels are in mm.
+/// Returns the pixels' size in mm.
 Json Scale(const std::optional<pa::HeightScale>& scale) {
   if (!scale) return nullptr;
   return {

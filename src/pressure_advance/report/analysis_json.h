@@ -15,16 +15,16 @@
 
 namespace trammel::report {
 
-/// One object with its keys in the order of docs/reference/formats.md, so that equal analyses give
-/// equal bytes.
-/// @param report_path  of the report that was written; absent: `null`.
+/// Returns one object with its keys in the order of docs/reference/formats.md, so that equal
+/// analyses give equal bytes.
+/// @param report_path  of the written report; absent: `null`.
 /// Value, uncertainty and interval are `null` unless the verdict is good, and so is any number that
 /// is not finite.
 [[nodiscard]] nlohmann::ordered_json JsonOf(
     const pressure_advance::Analysis& analysis,
     const std::optional<std::string>& report_path = std::nullopt);
 
-/// What the JSON is made from. Views are not owned.
+/// Input of the JSON. Views are not owned.
 struct SetupView {
   const pressure_advance::SetupObservations* seen = nullptr;  ///< REQUIRED
   const pressure_advance::SetupResult* result = nullptr;      ///< REQUIRED
@@ -35,19 +35,20 @@ struct SetupView {
   std::vector<std::pair<std::string, std::string>> facts;
 };
 
-/// A value of the setup under the name by which people know it.
+/// Value of the setup with its display name.
 struct SetupValue {
   std::string name;  ///< "offset x"
-  std::string key;   ///< as in JSON, with its unit: "offset_x_mm"
+  std::string key;   ///< JSON key, with its unit: "offset_x_mm"
   const Measured* value = nullptr;
   IntervalStyle style;
-  double json_scale = 1;  ///< of the key's unit, per unit of the value
+  double json_scale = 1;  ///< key's units per unit of the value
 };
 
-/// Every value, in the order in which they are told; those that a scan needs first.
+/// Returns every value, in display order; those that a scan needs first.
 [[nodiscard]] std::vector<SetupValue> SetupValues(const pressure_advance::SetupResult& result);
 
-/// setup.json (docs/reference/formats.md). Numbers exist only with a good verdict of their own.
+/// Returns setup.json (docs/reference/formats.md). Contains only numbers with a good verdict of
+/// their own.
 [[nodiscard]] nlohmann::ordered_json JsonOfSetup(const SetupView& view);
 
 }  // namespace trammel::report

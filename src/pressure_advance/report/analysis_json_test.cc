@@ -36,7 +36,7 @@ TEST(AnalysisJson, ValueUncertaintyAndIntervalAreNullUnlessGood) {
 
 TEST(AnalysisJson, GivesHeightsAndAreasInMillimetresAsWellAsScaleAndAngleAreKnown) {
   auto analysis = Good();
-  // By noise alone: a hundred readings of 0.008 mm and 0.004 mm^2.
+  // Uncertainty by noise alone: a hundred readings of 0.008 mm and 0.004 mm^2.
   constexpr double kHeightNoise_mm = 1.2533 * 0.008 / 10, kAreaNoise_mm2 = 1.2533 * 0.004 / 10;
   const auto line = [&] { return JsonOf(analysis)["lines"][5]; };
   const double height_mm = line()["height_mm"]["value"], area_mm2 = line()["area_mm2"]["value"];

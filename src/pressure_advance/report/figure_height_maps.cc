@@ -1,4 +1,4 @@
-// Height maps of all lines from above (figures 7 to 9).
+// Draws height maps of all lines from above (figures 7 to 9).
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -54,7 +54,7 @@ struct HeightUnit {
 
 HeightUnit HeightUnitOf(const AnalysisRun& input) {
   const auto& scale = input.analysis.scale;
-  // What the paper's method shows instead does not begin at the plate.
+  // The heights of the paper's method do not begin at the plate.
   if (!scale || !input.scan || input.scan->heights.empty()) return {};
   return {scale->height_mm_per_px, "height (mm)"};
 }
@@ -133,7 +133,7 @@ std::string Titles(const pa::Analysis& analysis, const std::vector<std::size_t>&
   return text;
 }
 
-/// Of the chosen lines, those that have a map.
+/// Returns those of the chosen lines that have a map.
 std::vector<std::size_t> WithMap(const std::vector<std::size_t>& lines,
                                  const std::vector<pa::HeightMap>& maps) {
   std::vector<std::size_t> kept;
@@ -145,7 +145,7 @@ std::vector<std::size_t> WithMap(const std::vector<std::size_t>& lines,
   return kept;
 }
 
-/// In two columns, or in one where there is no room.
+/// Draws two columns, or one if there is no room.
 Canvas DrawMaps(const pa::Analysis& analysis, const std::vector<pa::HeightMap>& maps,
                 const std::vector<std::size_t>& lines, const HeightUnit& unit, double width_px) {
   constexpr double kPitchPx = 96;

@@ -1,4 +1,4 @@
-// The rectified photo with the lines traced in it.
+// Draws the rectified photo with the traced lines.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -16,7 +16,7 @@ constexpr double kLabelPx = 62;
 constexpr double kMaxHeightPx = 1400;
 constexpr double kTextPitchPx = 14;  ///< labels closer than this would overlap
 
-// An edge of a traced line: -1 the lower one, 1 the upper one in the picture's rows.
+// Returns an edge of a traced line: -1 the lower one, 1 the upper one in the picture's rows.
 std::vector<PointPx> OnCanvas(const pa::TracedLine& line, double side, const RectPx& rect,
                               double scale) {
   std::vector<PointPx> points;
@@ -27,7 +27,8 @@ std::vector<PointPx> OnCanvas(const pa::TracedLine& line, double side, const Rec
   return points;
 }
 
-// The line whose pressure advance is nearest to the answer; none without an answer.
+// Returns the line whose pressure advance is nearest to the answer; the number of lines without an
+// answer.
 std::size_t BestLine(const pa::PhotoView& photo, const Measured& answer) {
   if (!answer.good()) return photo.lines.size();
   const double value_s = answer.quantity().value;
@@ -68,7 +69,7 @@ Canvas Draw(const pa::PhotoView& photo, std::size_t best, double width_px) {
       labels.push_back({(lower.front().y + upper.front().y) / 2, line.pressure_advance_s, is_best});
     }
   }
-  // The best line's label first: its neighbours make room where there is none for all.
+  // The best line's label first: its neighbours' labels are dropped if there is no room for all.
   std::ranges::stable_sort(labels, [](const Label& a, const Label& b) { return a.best > b.best; });
   std::vector<double> taken;
   for (const Label& label : labels) {

@@ -1,4 +1,4 @@
-// The cross-section along every line, stacked like the printed pattern.
+// Draws the cross-section along every line, stacked like the printed pattern.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -51,7 +51,7 @@ Lane MakeLane(const pa::LineProfile& profile, const pa::LineResult& line, bool a
   return lane;
 }
 
-/// What a lane's half height stands for: nearly the largest departure of all lines.
+/// Computes the value of a lane's half height: nearly the largest deviation of all lines.
 double HalfScale(const std::vector<Lane>& lanes) {
   std::vector<double> sizes;
   for (const Lane& lane : lanes) {

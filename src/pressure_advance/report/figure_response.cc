@@ -1,4 +1,4 @@
-// How wrong each line's pressure advance was, against it: where the answer comes from.
+// Figure of each line's error in pressure advance, against it: the origin of the answer.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -23,7 +23,7 @@ struct Reading {
   double fitted_ms = 0;
 };
 
-/// By rising pressure advance; a line that was never measured (all zero) is left out.
+/// Lists readings by rising pressure advance; omits a line that was never measured (all zero).
 std::vector<Reading> Readings(const pa::Analysis& analysis, const pa::TransitionResult& result) {
   std::vector<Reading> readings;
   const std::size_t count = std::min({analysis.lines.size(), result.excess_s.size(),
@@ -43,7 +43,7 @@ std::vector<Reading> Readings(const pa::Analysis& analysis, const pa::Transition
   return readings;
 }
 
-/// Of what was used, the fit and zero; unused readings may lie outside.
+/// Computes the range of the used, the fit and zero; unused may be outside.
 Range ExcessRange(const std::vector<Reading>& readings) {
   std::vector<double> values = {0};
   for (const Reading& reading : readings) {
@@ -60,7 +60,7 @@ struct Panel {
   const pa::TransitionResult* result = nullptr;
   std::vector<Reading> readings;
   std::string title;
-  std::string too_low;   ///< what the line shows there where its value was too low
+  std::string too_low;   ///< the line's appearance there if its value is too low
   std::string too_high;  ///< and too high
   Color color;
 };
@@ -77,7 +77,7 @@ void DrawReading(Plot& plot, const Range& y, const Reading& reading, const Color
   }
 }
 
-/// What being above and below zero means at this speed change.
+/// Explains values above and below zero at this speed change.
 void DrawMeaning(Canvas& canvas, const Plot& plot, const Panel& panel) {
   const TextStyle style{.size_px = 11, .color = kMuted, .align = Align::kEnd};
   const RectPx& inner = plot.inner();
@@ -126,7 +126,7 @@ void DrawPanel(Canvas& canvas, const RectPx& outer, const Range& x, const Range&
   DrawMeaning(canvas, plot, panel);
 }
 
-/// The answer's line is named by what it is made of: it may lie beside both diamonds.
+/// The legend names the sources of the answer's line, which may be outside both diamonds.
 std::vector<LegendEntry> Legend(const Measured& answer, bool shape_counts) {
   std::vector<LegendEntry> legend = {
       {"line (bar: 95 %)", LegendEntry::Mark::kDot, {.color = kMuted}},
@@ -150,7 +150,7 @@ struct Content {
   bool shape_counts = false;
 };
 
-/// Panels side by side, or below each other where there is no room.
+/// Draws panels side by side, or below each other if there is no room.
 Canvas Draw(const Content& content, double width_px) {
   const bool broad = width_px >= kFigureWidthPx;
   const double panel_px = broad ? 350 : 280;

@@ -16,17 +16,16 @@
 
 namespace trammel::report {
 
-/// An analysis with what its reader keeps for the report.
+/// Analysis with the reader's data for the report.
 struct AnalysisRun {
   pressure_advance::Analysis analysis;
   std::optional<pressure_advance::LaserScanView> scan;
   std::optional<pressure_advance::PhotoView> photo;
 };
 
-// Each gives nothing where the input does not hold what it shows. None names an answer unless
-// analysis->pressure_advance is good. No input makes them fail: counts that do not fit together, no
-// lines, one line, gaps all over, equal values and values that are not finite are shown as far as
-// they go.
+// Each returns nothing if the input lacks its data. None shows an answer unless
+// analysis->pressure_advance is good. No input makes them fail: mismatched counts, no lines, one
+// line, gaps all over, equal values and values that are not finite are drawn as far as possible.
 
 /// "response": by how much each line's pressure advance was too low, against it, read at both speed
 /// changes, with the fit. Positive: too low (CONVENTIONS.md).
@@ -41,14 +40,14 @@ struct AnalysisRun {
 /// "photo": the rectified picture with the traced lines.
 [[nodiscard]] std::optional<Figure> PhotoFigure(const AnalysisRun& input);
 
-/// All that the input allows, in the order of the report.
+/// Returns all figures that the input allows, in the order of the report.
 [[nodiscard]] std::vector<Figure> PressureAdvanceFigures(const AnalysisRun& input);
 
 /// "0.036", "0.0125": seconds with three or four decimals.
 [[nodiscard]] std::string PressureAdvanceText(double seconds);
 
-/// Indices of the lines by rising pressure advance; values that are not finite are left out. At
-/// most `most` of them, evenly picked with the first and the last.
+/// Returns the lines' indices by rising pressure advance, without values that are not finite. At
+/// most `most` of them, evenly chosen with the first and the last.
 [[nodiscard]] std::vector<std::size_t> LinesByPressureAdvance(
     const pressure_advance::Analysis& analysis, std::size_t most);
 

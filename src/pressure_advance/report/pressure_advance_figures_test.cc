@@ -138,7 +138,7 @@ TEST(PressureAdvanceFigures, MarkNoAnswerUnlessTheVerdictIsGood) {
 }
 
 constexpr double kLag_s = 0.03;
-constexpr double kPitch_s = 0.006;  // of the tested values, from 0: 0.03 is the sixth
+constexpr double kPitch_s = 0.006;  // between tested values, from 0: 0.03 is the sixth
 constexpr int kLines = 11;
 
 /// Area over nominal area of a line, by position.
@@ -193,7 +193,7 @@ TEST(ResponseFigure, ALineOfTooLittlePressureAdvanceLiesAboveZeroAtBothSpeedChan
   for (const char* color : {"#0a5fa5", "#d9631e"}) {
     const std::vector<double> heights = DotHeights(svg, color);
     ASSERT_EQ(heights.size(), static_cast<std::size_t>(kLines)) << color;
-    const double zero = heights[5];  // of the line that was printed with the right value
+    const double zero = heights[5];  // line printed with the right value
     EXPECT_LT(heights.front(), zero - 20) << "too low is up";
     EXPECT_GT(heights.back(), zero + 10) << "too high is down";
   }

@@ -26,14 +26,14 @@ AnswerRow RowOf(std::string name, const Quantity& quantity, const IntervalStyle&
 
 AnswerRow PartRow(std::string name, const Measured& part, bool answer_good) {
   if (!part.good()) return {std::move(name), VerdictWords(part.verdict()), "", part.reason()};
-  // A part that is sound is still no answer where the whole is not.
+  // A sound part is no answer if the whole is not.
   if (!answer_good) {
     return {std::move(name), "not shown", "", "readable alone, but the whole is not to be trusted"};
   }
   return RowOf(std::move(name), part.quantity(), kSeconds, "");
 }
 
-/// The storage model that the answer was weighed with; none where it was not.
+/// Returns the storage model weighted into the answer; null if there is none.
 const pa::LearntLaw* LawOf(const pa::Analysis& analysis) {
   const pa::ResponseResult& response = analysis.response;
   const bool counts =
@@ -129,7 +129,7 @@ std::string Head(const pa::Analysis& analysis) {
   return HeadCard(answer.verdict(), body);
 }
 
-// What sets the value in another firmware than Klipper, which printed the lines.
+// Returns the command for another firmware than Klipper that printed the lines.
 std::string NextIn(const gcode::PrintedBy& printed_by, const std::string& value_s) {
   const bool marlin = printed_by.dialect == gcode::Dialect::kMarlin;
   const auto lines = PressureAdvanceCommands(printed_by.dialect, value_s, {{}, printed_by.drive});

@@ -1,4 +1,4 @@
-// Reports an analysis as text and as a page.
+// Reports an analysis as text and as an HTML page.
 #pragma once
 
 #include <string>
@@ -17,14 +17,14 @@ struct AnswerRow {
   std::string note;      ///< plain text
 };
 
-/// Rows of the storage model, both speed changes, the paper's score and each pattern. None has a
-/// number unless analysis.pressure_advance is good.
+/// Returns rows of the storage model, both speed changes, the paper's score and each pattern. None
+/// has a number unless analysis.pressure_advance is good.
 [[nodiscard]] std::vector<AnswerRow> AnswerRows(const pressure_advance::Analysis& analysis);
 
 struct ReportOptions {
   std::string source;  ///< what was analysed: a folder, a photo; may hold any bytes
   /// Further facts for the head of the page, name and value, in this order: printer, filament,
-  /// date, … (the report knows no clock).
+  /// date, … (the report reads no clock).
   std::vector<std::pair<std::string, std::string>> facts;
 };
 

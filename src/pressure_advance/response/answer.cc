@@ -65,7 +65,7 @@ RangedAnswer JudgeInRange(double value_s, double standard_uncertainty_s, double 
             std::nullopt};
   }
   if (wide) return {Measured::CannotTell(too_wide), std::nullopt};
-  // An interval cut off at 0 says no less than its uncertainty: half of it stays >= one u.
+  // An interval cut off at 0 must still reflect its uncertainty: half of it remains >= one u.
   const double value = std::max(0.0, value_s);
   const double lo = std::max(0.0, interval.lo);
   const double hi = std::max(interval.hi, lo + 2 * standard_uncertainty_s);
@@ -119,8 +119,8 @@ namespace {
 constexpr const char* kWhatToLookAt =
     "look whether the first layer is even all over the plate, and let the hot end settle";
 
-// A standard uncertainty whose normal interval is no narrower than the one that is stated: one of
-// few degrees of freedom is wider.
+// Returns a standard uncertainty whose normal interval covers the stated one, which is wider with
+// few degrees of freedom.
 double Sigma(const Quantity& quantity) {
   const double half = 0.5 * (quantity.interval95.hi - quantity.interval95.lo);
   return std::max(quantity.standard_uncertainty, half / kNormal95);
@@ -128,8 +128,8 @@ double Sigma(const Quantity& quantity) {
 
 struct Scatter {
   double mean = 0;            // weighed
-  double chi_square = 0;      // of the values about it
-  double log_likelihood = 0;  // of these values, whatever their mean
+  double chi_square = 0;      // chi-square about it
+  double log_likelihood = 0;  // for these values, whatever their mean
 };
 
 Scatter ScatterOf(const std::vector<Quantity>& values, double between_s) {
@@ -148,7 +148,7 @@ Scatter ScatterOf(const std::vector<Quantity>& values, double between_s) {
   return scatter;
 }
 
-// What patterns may differ by, and how likely each is.
+// Possible deviations between patterns, and their weights.
 struct Between {
   std::vector<double> sigma_s;
   std::vector<double> share;  // sums up to 1
@@ -185,7 +185,7 @@ double MedianOf(const Between& between) {
   return between.sigma_s.back();
 }
 
-// Half width of the interval that holds 95 % of all normal distributions together.
+// Returns the half width of the interval that contains 95 % of all normal distributions together.
 double HalfWidth95(const Between& between, double sigma_s, double patterns) {
   const auto outside = [&](double half_s) {
     double sum = 0;
@@ -203,7 +203,8 @@ double HalfWidth95(const Between& between, double sigma_s, double patterns) {
   return hi;
 }
 
-// 95 % point of chi square over its degrees of freedom (Wilson and Hilferty; within 2 % from 1 on).
+// Returns the 95 % point of chi square over its degrees of freedom (Wilson and Hilferty; within 2 %
+// from 1 on).
 double ChiSquare95(double freedom) {
   constexpr double kOneSided95 = 1.644854;
   const double part = 2 / (9 * freedom);

@@ -1,4 +1,4 @@
-// Judges a value by its uncertainty, by the tested range and by patterns alike.
+// Checks a value against its uncertainty, the tested range and repeated patterns.
 #pragma once
 
 #include <span>
@@ -11,22 +11,22 @@
 
 namespace trammel::pressure_advance {
 
-/// The least and the greatest of the values. REQUIRES at least one.
+/// Returns minimum and maximum of the values. REQUIRES at least one.
 [[nodiscard]] Interval RangeOf(std::span<const double> pressure_advance_s);
 
-/// The range to print next where the answer lies about `about_s`: as wide as the tested one, about
-/// that value, and wider at both ends by what was extrapolated to it; nothing below 0.
+/// Returns the range to print next if the answer is about `about_s`: as wide as the tested one,
+/// centred on that value, and wider at both ends by the extrapolated distance; nothing below 0.
 [[nodiscard]] Interval PrintNext(double about_s, const Interval& tested_s);
 
-/// Judges a value by the tested range.
+/// Checks a value against the tested range.
 ///
-/// Beyond the lines that were printed nothing was measured: an interval that reaches past an edge
-/// is no answer. 0 is no such edge, as no extruder leads: a range that begins there is tested down
-/// to the end, and value and interval are cut off at 0.
+/// Nothing was measured beyond the printed lines: an interval that reaches past an edge is no
+/// answer. 0 is no such edge, as no extruder leads: a range from 0 on has no lower edge, and value
+/// and interval are cut off at 0.
 /// @param half_width95_s  of the 95 % interval, >= 0
-/// @param widest          largest half width, as a part of the tested range; > 0
-/// @returns good; cannot-tell with the range to print next where the interval reaches past an edge,
-///   cannot-tell with `too_wide` as its reason where it lies inside and is too wide.
+/// @param widest          maximum half width, as a part of the tested range; > 0
+/// @returns good; cannot-tell with the range to print next if the interval reaches past an edge;
+///   cannot-tell with `too_wide` as its reason if it is inside and too wide.
 [[nodiscard]] RangedAnswer JudgeInRange(double value_s, double standard_uncertainty_s,
                                         double half_width95_s, const Interval& tested_s,
                                         double widest, const std::string& too_wide);
@@ -46,15 +46,15 @@ struct UncertaintyBudget {
   }
 };
 
-/// Half of the 95 % interval, with Student's t for the part that the lines contribute (Welch and
+/// Returns half of the 95 % interval, with Student's t for the lines' contribution (Welch and
 /// Satterthwaite).
 /// @param freedom  degrees of freedom of budget.lines, > 0
 [[nodiscard]] double HalfWidth95(const UncertaintyBudget& budget, double freedom);
 
-/// Judges a value by its budget and the tested range (JudgeInRange). Where the interval is too
-/// wide, the reason names the largest contribution and what makes it smaller.
+/// Checks a value against its budget and the tested range (JudgeInRange). If the interval is too
+/// wide, the reason names the largest contribution and how to reduce it.
 /// @param freedom  degrees of freedom of budget.lines, > 0
-/// @param widest   largest half width, as a part of the tested range; > 0
+/// @param widest   maximum half width, as a part of the tested range; > 0
 [[nodiscard]] RangedAnswer JudgeByBudget(double value_s, const UncertaintyBudget& budget,
                                          double freedom, const Interval& tested_s, double widest);
 
@@ -76,7 +76,7 @@ struct UncertaintyBudget {
                                                               const Interval& tested_s,
                                                               double widest);
 
-/// What is to be said where patterns disagree; empty where they do not.
+/// Returns the notice if patterns disagree; else empty.
 [[nodiscard]] std::string NoticeOfRepeats(const Repeats& repeats);
 
 }  // namespace trammel::pressure_advance

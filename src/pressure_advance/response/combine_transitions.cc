@@ -14,8 +14,8 @@
 namespace trammel::pressure_advance {
 namespace {
 
-// Where lines that do not answer clearly may do so because the answer is far outside: all of them
-// too low, or all too high, at both transitions.
+// Returns an answer if unclear lines suggest one far outside: all of them too low, or all too high,
+// at both transitions.
 std::optional<RangedAnswer> AllOnOneSide(const TransitionSeries& a, const TransitionSeries& d,
                                          const Interval& tested) {
   bool above = true, below = tested.lo > 0;
@@ -44,8 +44,8 @@ bool AnswersBackwards(const signal::ZeroCrossing& fit, const ResponseOptions& op
   return fit.slope <= -options.least_significance * fit.slope_sigma;
 }
 
-// Why a crossing beyond the lines that show its transition must not be believed: the response is
-// straight near it only, as a gap in the filament cannot get emptier than empty.
+// Returns the reason to reject a crossing beyond the lines that show its transition: the response
+// is straight near it only, as a gap in the filament cannot get emptier than empty.
 std::string BeyondItsLines(const TransitionSeries& series, double zero_s,
                            const ResponseOptions& options) {
   const Interval tested = RangeOf(series.pa_s);
@@ -59,7 +59,7 @@ std::string BeyondItsLines(const TransitionSeries& series, double zero_s,
       seen_s.size(), series.pa_s.size(), seen.lo, seen.hi, zero_s < seen.lo ? "above" : "below");
 }
 
-// Why a fitted crossing must not be believed; empty where it may be.
+// Returns the reason to reject a fitted crossing; else empty.
 std::string Doubt(const signal::ZeroCrossing& fit, const TransitionSeries& series,
                   bool slope_has_scale, const ResponseOptions& options) {
   if (AnswersBackwards(fit, options)) {
@@ -88,8 +88,8 @@ std::string Doubt(const signal::ZeroCrossing& fit, const TransitionSeries& serie
   return BeyondItsLines(series, fit.zero, options);
 }
 
-// What a lag that drifts over the pattern leaves open: the crossing is the lag of the line that was
-// printed there, the mean line's lies elsewhere. The answer stands half way between the two.
+// Correction and uncertainty for a lag that drifts over the pattern: the crossing is the lag of the
+// line printed there, the mean line's is elsewhere. The answer is half way between the two.
 struct Drift {
   double shift_s = 0;
   double variance = 0;
@@ -99,7 +99,8 @@ Drift EstimateDrift(const Transitions& transitions, const signal::ZeroCrossing& 
                     double slip, const ResponseOptions& options) {
   const double off_centre_s =
       fit.zero - options.printed_middle_s.value_or(Mean(transitions.acceleration.pa_s));
-  // Slip grows with the flow: it takes more of what pressure advance adds than of the rest.
+  // Slip grows with the flow: it removes a greater share of the filament added by pressure advance
+  // than of the rest.
   constexpr double kSlipOfTheSlope = 1.3;
   const double slip_slope = 1 - kSlipOfTheSlope * std::max(0.0, slip);
   LagDrift drift{0, options.drift.unseen_sigma};
@@ -108,14 +109,14 @@ Drift EstimateDrift(const Transitions& transitions, const signal::ZeroCrossing& 
         slip_slope * GainOfALinearLag(fit.zero, transitions.ramp_s, transitions.drain_s);
     drift = EstimateLagDrift(fit.slope, fit.slope_sigma, gain, tail_s / fit.zero, options.drift);
   }
-  // Of the distance between the two. A slope above the gain is drift and nothing else; below it may
-  // be filament that was not read, which has a term of its own.
+  // Fraction of the distance between the two. A slope above the gain is only drift; below it may be
+  // unread filament, which has a term of its own.
   const double left_open = drift.mean < 0 ? 0.8 : 0.5;
   return {-drift.mean / 2 * off_centre_s,
           Square(off_centre_s) * (Square(left_open * drift.mean) + Square(drift.sigma))};
 }
 
-// What holds for both transitions and for their mean.
+// Values common to both transitions and to their mean.
 struct Shared {
   Drift drift;
   double slip_form_s = 0;
@@ -186,7 +187,7 @@ CombinedTransitions CombineTransitions(const Transitions& transitions,
   const double slip_share = slip.mean * options.slip_sigma;
   const auto shown =
       static_cast<double>(std::min(acceleration.SeenPa_s().size(), deceleration.SeenPa_s().size()));
-  // A crossing, a slope and a bend are fitted.
+  // Three parameters are fitted: a crossing, a slope and a bend.
   const Shared shared{
       .drift = EstimateDrift(transitions, crossings.acceleration, pair.tail_s, slip_share, options),
       .slip_form_s =
@@ -236,8 +237,8 @@ CombinedTransitions CombineTransitions(const Transitions& transitions,
   result.acceleration_shift_s = value_a_s - crossings.acceleration.zero;
   result.deceleration_shift_s = value_d_s - crossings.deceleration.zero;
 
-  // One transition that does not answer leaves the other; one that answers the wrong way round says
-  // that the lines are not what they are taken for.
+  // If one transition does not respond, the other is used; a response of the wrong sign shows that
+  // the lines are not as assumed.
   const bool backwards_a = AnswersBackwards(crossings.acceleration, options);
   const bool backwards_d = AnswersBackwards(crossings.deceleration, options);
   const auto one_side = doubtful && !backwards_a && !backwards_d

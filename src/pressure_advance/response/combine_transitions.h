@@ -1,4 +1,4 @@
-// One answer from the acceleration and the deceleration, with everything that is not known of it.
+// Combines acceleration and deceleration to one answer with its whole uncertainty.
 #pragma once
 
 #include <optional>
@@ -12,7 +12,7 @@
 
 namespace trammel::pressure_advance {
 
-/// A value before it is judged.
+/// Value before the checks.
 struct BudgetedValue {
   double value_s = 0;
   UncertaintyBudget budget;
@@ -21,33 +21,32 @@ struct BudgetedValue {
 struct CombinedTransitions {
   Measured acceleration;            ///< s, its crossing less slip, the window's tail and drift
   Measured deceleration;            ///< s, in the same way
-  double acceleration_shift_s = 0;  ///< its value less its crossing
+  double acceleration_shift_s = 0;  ///< value less crossing
   double deceleration_shift_s = 0;
   RangedAnswer both;
   std::vector<std::string> notices;
-  /// What the three were judged from; nothing where both transitions do not answer.
+  /// Input of the three answers; nothing if not both transitions yield one.
   std::optional<BudgetedValue> whole, first, second;
   CrossingPair pair;
-  Slip slip;           ///< that was taken out of first and second
-  double freedom = 1;  ///< of the lines' scatter
+  Slip slip;           ///< removed from first and second
+  double freedom = 1;  ///< degrees of freedom of scatter
   Interval tested;
   double widest = 0;  ///< half width of an interval, as a part of the tested range
 };
 
-/// Says that the two transitions contradict each other.
+/// Returns the notice that the two transitions contradict each other.
 [[nodiscard]] std::string NoticeOfTransitions(double acceleration_s, double deceleration_s,
                                               double sigmas);
 
-/// Weighs the two crossings by their covariance.
+/// Weights the two crossings by their covariance.
 ///
-/// Slip pulls the two in opposite directions: their difference shows it. Filament that was not
-/// read, the form of the lag and its drift pull both the same way; and where the two differ by more
-/// than twice what the lines' scatter and slip explain, a rectangular distribution over the rest is
-/// added.
-/// @param slope_has_scale  whether a slope of 1 means that all filament was seen.
-/// @returns cannot-tell where a transition does not answer to PA, answers the wrong way round, may
-///   lie outside the tested range, or is too uncertain; a transition that merely does not answer
-///   leaves the other one to count alone, with a notice.
+/// Slip shifts the two in opposite directions: their difference shows it. Unread filament, the form
+/// of the lag and its drift shift both in the same direction. If the two differ by more than twice
+/// what the lines' scatter and slip explain, a rectangular distribution over the rest is added.
+/// @param slope_has_scale  true if a slope of 1 means that all filament was seen.
+/// @returns cannot-tell if a transition does not respond to PA, responds with the wrong sign, may
+///   be outside the tested range, or is too uncertain; if one merely does not respond,
+///   the other counts alone, with a notice.
 /// REQUIRES the same lines, at least two, in all series, and crossings of these transitions.
 [[nodiscard]] CombinedTransitions CombineTransitions(const Transitions& transitions,
                                                      const TransitionCrossings& crossings,

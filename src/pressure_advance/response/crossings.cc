@@ -33,13 +33,13 @@ LagDrift EstimateLagDrift(double slope, double slope_sigma, double linear_gain, 
 
 namespace {
 
-// One line's difference, linear in three unknowns: that at the answer, how another law changes it
-// below, and the share that gaps lose beyond.
+// Difference of one line, linear in three unknowns: the value at the answer, the effect of another
+// law below it, and the share lost in gaps beyond.
 struct Line {
   Eigen::Vector3d form;
   double difference_s = 0;
-  double sigma_s = 0;   // of the readings
-  double beyond_s = 0;  // what a straight loss leaves out
+  double sigma_s = 0;   // from the readings
+  double beyond_s = 0;  // deviation from a linear loss
   double robust = 1;    // weight in [0, 1]
 
   [[nodiscard]] double variance(double scatter_s) const {
@@ -84,7 +84,7 @@ Eigen::Vector3d Solve(const std::vector<Line>& lines, double scatter_s, double l
   return solved;
 }
 
-// The scatter of the lines about the fit, and their weights in the next one.
+// Returns the scatter of the lines about the fit, and sets their weights in the next one.
 double Reweight(const Eigen::Vector3d& solved, double scatter_s, double prior_s, bool redescending,
                 const PairedOptions& options, std::vector<Line>& lines) {
   constexpr double kPriorLines = 2;
@@ -182,9 +182,9 @@ std::optional<PairedDifference> FitDifference(const Transitions& transitions,
   if (a.SeenPa_s().size() < a.pa_s.size() || d.SeenPa_s().size() < a.pa_s.size()) {
     return std::nullopt;
   }
-  // What the deceleration's window cuts off would look like slip.
+  // Filament beyond the end of the deceleration's window would resemble slip.
   if (transitions.slow_drain_s < options.paired.least_drain * zero.zero) return std::nullopt;
-  // Early and whole window share the lines: half of the crossing's sigma is left of the tail's.
+  // Early and whole window share the lines: the tail's sigma is half of the crossing's.
   const double prior = Square(options.tail_sigma * zero.zero);
   const double noise = Square(zero.zero_sigma / 2);
   const double tail_s =
@@ -227,7 +227,7 @@ namespace {
 // Covariance of acceleration, deceleration and tail, in this order; s^2.
 using Covariance = std::array<std::array<double, 3>, 3>;
 
-// By what each line's excesses, and their difference, stand off others, s; shape (lines) each.
+// Residuals of each line's surpluses, and of their difference, from others, s; shape (lines) each.
 struct Residuals {
   std::vector<double> acceleration, deceleration, early, difference;
 };
@@ -257,7 +257,7 @@ Residuals OffLaid(const Transitions& seen, const Transitions& laid) {
   return off;
 }
 
-// By how far each line's residual moves a value, s.
+// Computes the shift of a value by each line's residual, s.
 std::vector<double> MovedBy(const std::vector<double>& off_s,
                             const std::vector<double>& influence) {
   std::vector<double> moved_s;
@@ -265,8 +265,8 @@ std::vector<double> MovedBy(const std::vector<double>& off_s,
   return moved_s;
 }
 
-// The deceleration's crossing from its own fit, and from the acceleration's less what the two
-// transitions of one line differ by.
+// Deceleration's crossing from its own fit, and from the acceleration's minus the lines' paired
+// difference.
 struct Deceleration {
   double zero_s = 0;
   double slope = 0;
@@ -295,7 +295,7 @@ Deceleration WeighDeceleration(const TransitionCrossings& crossings, const Resid
   return result;
 }
 
-// By how far each line moved acceleration, deceleration and tail, s; shape (lines) each.
+// Shift of acceleration, deceleration and tail by each line, s; shape (lines) each.
 using Moves = std::array<std::vector<double>, 3>;
 
 Moves MovedBy(const Residuals& off, const TransitionCrossings& crossings, double own) {
@@ -326,11 +326,11 @@ Covariance SumOfProducts(const Moves& moves) {
   return covariance;
 }
 
-// How the three go together: the two transitions share the lines, and with them each line's own
-// lag.
+// Computes the covariance of the three: the two transitions share the lines, and with them each
+// line's own lag.
 Covariance ScatterOfTheLines(const TransitionCrossings& crossings, const Moves& moves) {
   Covariance covariance = SumOfProducts(moves);
-  // Each fit's own error knows how much of the scatter the fit took out.
+  // Each fit's own error includes how much of the scatter the fit absorbed.
   const auto scale = [](double sigma, double variance) {
     return variance > 0 ? sigma / std::sqrt(variance) : 1;
   };
@@ -346,7 +346,7 @@ Covariance ScatterOfTheLines(const TransitionCrossings& crossings, const Moves& 
   return covariance;
 }
 
-// Of both crossings, less a share of the tail.
+// Computes the crossings' variances, less a share of the tail.
 PairVariances LessTheTail(const Covariance& lines, double share) {
   const auto together = [&](std::size_t j, std::size_t k) {
     return lines[j][k] - share * (lines[j][2] + lines[k][2]) + share * share * lines[2][2];
@@ -374,7 +374,7 @@ CrossingPair CorrectCrossings(const Transitions& transitions, const TransitionCr
   const PairVariances left = LessTheTail(lines, share);
   const double unseen_tail_s = options.tail_share * std::sqrt((1 - seen) * (1 - seen) * prior);
 
-  // Slip moves the tail too, and with it what is taken off both crossings.
+  // Slip also shifts the tail, and with it the correction of both crossings.
   const double slip_a_s = transitions.acceleration.slip_excess_s / a.slope;
   const double slip_d_s = transitions.deceleration.slip_excess_s / whole.slope;
   const double moved_s =
@@ -382,7 +382,7 @@ CrossingPair CorrectCrossings(const Transitions& transitions, const TransitionCr
           ? share * (slip_a_s - transitions.early->slip_excess_s / crossings.early->slope)
           : 0;
 
-  // What the window's end cuts off is not unread.
+  // Filament beyond the window's end is not unread.
   const bool drains = transitions.ramp_s > 0 && a.zero > 0;
   const double full_slope =
       drains ? std::min(options.full_slope,
@@ -422,8 +422,7 @@ CrossingPair CorrectCrossings(const Transitions& transitions, const TransitionCr
 PairVariances ScatterAbout(const Transitions& laid, const Transitions& seen,
                            const TransitionCrossings& crossings, const CrossingPair& pair) {
   Covariance lines = SumOfProducts(MovedBy(OffLaid(seen, laid), crossings, pair.own_share));
-  // Counts two unknowns that were learnt of the same lines: the lag, and how much filament it
-  // moves.
+  // Accounts for two unknowns estimated from the same lines: the lag, and the filament it moves.
   const double n = static_cast<double>(seen.acceleration.excess_s.size());
   for (auto& row : lines) {
     for (double& of : row) of *= n / std::max(1.0, n - 2);

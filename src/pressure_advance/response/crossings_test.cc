@@ -23,8 +23,8 @@ TransitionSeries Line(double zero_s, double slope) {
   return series;
 }
 
-// Of the lines that leave the picture beside a speed change the other one counts, as if they had
-// not been asked for more.
+// Given lines that leave the picture at one speed change, the other counts, as if only that had
+// been requested.
 TEST(FitTransitions, LinesCountWhereTheyShowATransition) {
   Transitions all{Line(0.03, 1), Line(0.02, 0.8), std::nullopt, 0, 0};
   Transitions fewer = all;

@@ -18,7 +18,7 @@ std::optional<CompletedWindow> CompleteWindow(std::span<const double> parts,
   TRAMMEL_CHECK(parts.size() == wholes.size(), "{} and {}", parts.size(), wholes.size());
   if (parts.size() < kFewestWhole) return std::nullopt;
   const auto [least, most] = std::minmax_element(parts.begin(), parts.end());
-  constexpr double kAlike = 0.25;  // of the range of the parts
+  constexpr double kAlike = 0.25;  // of the parts' range
   const double alike = kAlike * (std::max(*most, part) - std::min(*least, part));
   if (!(alike > 0)) return std::nullopt;
   double n = 0, squares = 0, sx = 0, sy = 0;
@@ -45,7 +45,7 @@ std::optional<CompletedWindow> CompleteWindow(std::span<const double> parts,
   for (std::size_t i = 0; i < parts.size(); ++i) {
     rest += weights[i] * Square(wholes[i] - my - completed.per_part * (parts[i] - mx));
   }
-  const double lines = n * n / squares;  // how many the weighted ones are worth
+  const double lines = n * n / squares;  // effective number of weighted lines
   const double variance = rest / n * lines / std::max(1.0, lines - 2);
   completed.sigma = std::sqrt(variance * (1 + 1 / lines + n / lines * Square(part - mx) / xx));
   return completed;
@@ -63,20 +63,20 @@ bool Inside(double position, const Interval& span) {
   return position >= span.lo && position <= span.hi;
 }
 
-// One line's readings, and those of its slow stretches.
+// Readings of one line, and those of its slow stretches.
 struct LinePoints {
   std::vector<Point> all;
   std::vector<std::vector<Point>> slow;  // per reference stretch
   std::vector<double> cut_off;           // positions where the bead is larger than the picture
 };
 
-// A line's level, with the drift along it that all lines share.
+// Level of a line, with the drift along it that all lines share.
 struct Reference {
   double level = 0;
   double drift = 0;  // relative, per unit of position
   double centre = 0;
-  double scatter_relative = 0;  // of one reading
-  double weight = 0;            // of its readings, each 1 at most
+  double scatter_relative = 0;  // per reading
+  double weight = 0;            // sum over its readings, each 1 at most
   double sigma_relative = 0;
 
   [[nodiscard]] double at(double position) const {
@@ -106,9 +106,10 @@ double MedianValue(const std::vector<Point>& points) {
 }
 
 constexpr std::size_t kFewestReadings = 3;
-constexpr std::size_t kFewestForDrift = 4;  // in each of a line's two stretches
+constexpr std::size_t kFewestForDrift = 4;  // per slow stretch of a line
 
-// The relative change from the first slow stretch to the last, as the median over all lines.
+// Returns the relative change from the first slow stretch to the last, as the median over all
+// lines.
 double CommonDrift(const std::vector<LinePoints>& lines, const TransitionPlan& plan) {
   const Interval& first = plan.reference.front();
   const Interval& last = plan.reference.back();
@@ -125,7 +126,7 @@ double CommonDrift(const std::vector<LinePoints>& lines, const TransitionPlan& p
   return drifts.size() >= 3 && apart > 0 ? Median(drifts) : 0;
 }
 
-// Why a line has no reference.
+// Returns why a line has no reference.
 std::string NoReference(const LinePoints& line, const TransitionPlan& plan) {
   std::size_t count = 0;
   for (const std::vector<Point>& stretch : line.slow) count += stretch.size();
@@ -140,8 +141,8 @@ std::string NoReference(const LinePoints& line, const TransitionPlan& plan) {
   return "its slow stretches are empty, torn or unlike the other lines': nothing to compare with";
 }
 
-// Tukey location of the slow readings, started from what all lines have in common: a gap that fills
-// most of one line's slow stretch must not become that line's reference.
+// Computes the Tukey location of the slow readings, started from the lines' common level: a gap
+// that fills most of one line's slow stretch must not become that line's reference.
 std::optional<Reference> FitReference(const LinePoints& line, double drift, double centre,
                                       double common_level) {
   std::vector<double> level;
@@ -174,9 +175,9 @@ std::optional<Reference> FitReference(const LinePoints& line, double drift, doub
   return reference;
 }
 
-// By how much the mean of one line's slow readings errs, relative, as the means of short blocks of
-// them scatter about it: neighbouring readings share the plate's texture. Of all lines together; 0
-// where lines have too few readings to tell.
+// Estimates the relative error of one line's mean slow reading from the scatter of short blocks'
+// means: neighbouring readings share the plate's texture. Pools all lines; 0 if they have too few
+// readings.
 double LevelNoise(const std::vector<LinePoints>& lines,
                   const std::vector<std::optional<Reference>>& references) {
   constexpr std::size_t kBlock = 4;
@@ -202,8 +203,8 @@ double LevelNoise(const std::vector<LinePoints>& lines,
   return RobustStandardDeviation(off) * std::sqrt(each / (each - 1)) / std::sqrt(each);
 }
 
-// How sure each level is: no surer than `noise`. A few readings tell their own scatter badly; that
-// of the other lines counts as much as `others` more of them.
+// Estimates each level's uncertainty: at least `noise`. A few readings determine their own scatter
+// badly; that of the other lines counts as much as `others` more of them.
 void RateLevels(double others, double noise, std::vector<std::optional<Reference>>& references) {
   std::vector<double> variances;
   for (const auto& reference : references) {
@@ -221,8 +222,8 @@ void RateLevels(double others, double noise, std::vector<std::optional<Reference
   }
 }
 
-// Draws levels that few readings tell towards what all lines have in common: lines differ in flow
-// by a few per cent. A line that clearly differs by more keeps its own.
+// Shrinks levels from few readings towards the lines' common level: lines differ in flow by a few
+// per cent. A line with a clearly larger difference keeps its own.
 void PoolLevels(std::vector<std::optional<Reference>>& references) {
   constexpr double kLeastSpread = 0.01;  // relative; assumed
   constexpr double kFar = 3;             // standard deviations
@@ -252,10 +253,10 @@ struct Integral {
   double variance = 0;
   double length = 0;
   double unread = 0;   // largest stretch without a reading, over the window's length
-  double cut_off = 0;  // what bridges stand for across beads larger than the picture
+  double cut_off = 0;  // bridged across beads larger than the picture
 };
 
-// Trapezoids over the samples inside the window, carried to its edges.
+// Integrates by trapezoids over the samples inside the window, extended to its edges.
 Integral IntegrateDeviation(const LinePoints& line, const Reference& reference,
                             const Interval& span) {
   const std::vector<Point>& points = line.all;
@@ -291,7 +292,7 @@ Integral IntegrateDeviation(const LinePoints& line, const Reference& reference,
   return integral;
 }
 
-// All lines with what they are compared with.
+// All lines with their references.
 struct ReadLines {
   const std::vector<LineProfile>& profiles;
   const std::vector<LinePoints>& lines;
@@ -310,7 +311,7 @@ struct ReadLines {
   }
 };
 
-// Completes a window that the picture cuts by the lines that show all of it.
+// Completes a window cut by the picture, from the lines that show all of it.
 void CompleteCut(const ReadLines& read, const Interval& span, double sign, std::size_t line,
                  const Integral& part, Excess LineExcess::*transition,
                  std::vector<LineExcess>& results) {
@@ -332,7 +333,7 @@ void CompleteCut(const ReadLines& read, const Interval& span, double sign, std::
   excess.sigma = std::hypot(completed->per_part * excess.sigma, completed->sigma);
 }
 
-// One transition of all usable lines that show it.
+// Measures one transition of all usable lines that show it.
 void MeasureWindow(const ReadLines& read, const Interval& span, double sign,
                    Excess LineExcess::*transition, std::vector<LineExcess>& results) {
   std::vector<std::pair<std::size_t, Integral>> cut;
@@ -386,7 +387,7 @@ std::vector<LineExcess> MeasureExcess(const std::vector<LineProfile>& profiles, 
     if (!profiles[i].unusable.empty()) continue;
     references[i] = FitReference(lines[i], drift, centre, common_level);
   }
-  // A steady middle has readings enough of its own.
+  // A steady middle has enough readings of its own.
   constexpr double kOthers = 4;
   if (plan.steady_middle) {
     RateLevels(0, 0, references);

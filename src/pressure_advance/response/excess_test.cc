@@ -16,7 +16,7 @@ using ::testing::HasSubstr;
 
 constexpr double kStep_mm = 0.1;
 constexpr double kArea_mm2 = 0.11;
-constexpr double kSigma = 0.0011;  // of one reading: 1 % of the area
+constexpr double kSigma = 0.0011;  // per reading: 1 % of the area
 
 // Two windows between two slow stretches.
 TransitionPlan Plan() {
@@ -168,7 +168,7 @@ TEST(Excess, ALineThatLeavesThePictureInATransitionIsCompletedByTheOthers) {
   const auto excess = Measure(lines);
   EXPECT_EQ(excess.back().unusable, "");
   EXPECT_TRUE(excess.back().deceleration.seen);
-  constexpr double kLevel_mm = 0.01;  // of a level that has lost one of its two stretches
+  constexpr double kLevel_mm = 0.01;  // for a level without one of its two stretches
   EXPECT_NEAR(excess.back().deceleration.value, 0.3, kLevel_mm);
   EXPECT_NEAR(excess.back().acceleration.value, 0.3, kLevel_mm);
   for (LineProfile& line : lines) cut(line);
@@ -176,8 +176,8 @@ TEST(Excess, ALineThatLeavesThePictureInATransitionIsCompletedByTheOthers) {
   EXPECT_TRUE(Measure(lines).back().acceleration.seen);
 }
 
-// Of three readings of 5 % the level is known to 4 % (half of neighbours count), and a window of
-// 10 mm errs by 0.4 mm; lines that flow alike tell it together.
+// Three readings of 5 % determine the level to 4 % (half of neighbours count), and a window of 10
+// mm errs by 0.4 mm; lines with equal flow determine it together.
 TEST(Excess, LevelsOfFewReadingsAreDrawnTowardsTheOtherLines) {
   constexpr double kNoise = 0.05;
   constexpr int kLines = 12;

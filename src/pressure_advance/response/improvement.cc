@@ -14,9 +14,9 @@
 namespace trammel::pressure_advance {
 namespace {
 
-constexpr std::size_t kFewestLines = 3;   // of either group, for a scatter
+constexpr std::size_t kFewestLines = 3;   // per group, for a scatter
 constexpr double kWidestInterval = 0.3;   // half width: wider does not distinguish much from little
-constexpr double kLeastSignificance = 5;  // of the control's surplus over its standard error
+constexpr double kLeastSignificance = 5;  // control's surplus over its standard error
 
 // One figure of every usable line, by group.
 struct Samples {
@@ -33,7 +33,7 @@ std::optional<Measured> RefuseTooFew(const Samples& samples, const std::string& 
       samples.control.size(), samples.calibrated.size(), kFewestLines, why));
 }
 
-// sign * (calibrated / control) + offset, from the means.
+// Returns sign * (calibrated / control) + offset, from the means.
 Measured Ratio(const Samples& samples, double offset, double sign) {
   const double control = Mean(samples.control);
   const double ratio = Mean(samples.calibrated) / control;

@@ -1,4 +1,4 @@
-// Compares lines that were printed with a pressure advance with lines printed without.
+// Compares lines printed with a pressure advance with lines printed without.
 #pragma once
 
 #include <optional>
@@ -14,30 +14,30 @@ namespace trammel::pressure_advance {
 struct ComparedGroup {
   double pressure_advance_s = 0;
   int lines = 0;  ///< printed
-  int used = 0;   ///< of them measured
+  int used = 0;   ///< number measured
 };
 
 struct Improvement {
   ComparedGroup control;  ///< the lower of the two values
   ComparedGroup calibrated;
-  /// By how much of the control's mean deviation the calibrated lines' is lower: 1 is a perfect
+  /// Reduction of the mean deviation by calibration, relative to the control: 1 is a perfect
   /// surface, 0 no change, negative worse. Dimensionless. The paper's measure.
   Measured deviation;
-  /// Share of the control's surplus filament that remains after the speed changes, their mean: 0
-  /// is right, negative is overdone. Independent of a roughness common to all lines.
+  /// Share of the control's surplus filament that remains after the speed changes, their mean: 0 is
+  /// right, negative is overcompensated. Independent of a roughness common to all lines.
   Measured surplus_left;
 };
 
-/// Compares the lines of the two values of pressure advance that a recording contains.
+/// Compares the lines of the two values of pressure advance in a recording.
 ///
 /// Uncertainty: the scatter of the lines about the mean of their group, propagated to the ratio of
 /// two means (first order), with Student's t and Welch's degrees of freedom. Lines of one print are
-/// taken as independent of each other.
+/// assumed independent.
 /// @param profiles  one per line.
-/// @param score_px  the paper's score of each, same order; absent where a line has none.
-/// @returns refused where there are not two values or fewer than three usable lines of either, with
-/// the first unusable line's own reason; cannot-tell where the interval is wider than 30 % to
-/// either side, or the control's surplus is below five standard errors.
+/// @param score_px  the paper's score of each, same order; absent if a line has none.
+/// @returns refused unless there are two values and at least three usable lines of each, with the
+/// first unusable line's own reason; cannot-tell if the interval is wider than 30 % to either side,
+/// or the control's surplus is below five standard errors.
 [[nodiscard]] Improvement CompareWithControl(const std::vector<LineProfile>& profiles,
                                              std::span<const std::optional<double>> score_px,
                                              const LineMotion& motion);

@@ -20,7 +20,7 @@ HeadMotion::HeadMotion(const LineMotion& motion)
   const double ramps_mm =
       rise_s * (peak_mm_s + slow_mm_s_) / 2 + fall_s * (peak_mm_s + last_mm_s) / 2;
   const double even_s = std::max(0.0, fast_mm - ramps_mm) / peak_mm_s;
-  // Time 0 is the first change of speed; before it the head moves evenly.
+  // Time 0 is the first change of speed; before it the head moves at constant speed.
   phases_.push_back({0, {0, 0, motion.segments[0].fraction * length_mm / 2, slow_mm_s_ / 6, 0}});
   Continue(0, slow_mm_s_, a);
   Continue(rise_s, peak_mm_s, 0);
@@ -49,10 +49,10 @@ void HeadMotion::Continue(double from_s, double speed_mm_s, double acceleration_
 }
 
 void HeadMotion::DivideTime(double end_s) {
-  constexpr double kBefore_s = 0.15;  // of the first change, which averaging sees ahead
+  constexpr double kBefore_s = 0.15;  // before the first change: averaging looks ahead
   constexpr double kShortest_s = 0.002;
-  // Cells are short from kAhead_s before a change of speed until kAfter_s behind it; then they grow
-  // with the time that has passed.
+  // Time steps are short from kAhead_s before a change of speed until kAfter_s after it; then they
+  // grow with the time passed.
   constexpr double kAhead_s = 0.06, kAfter_s = 0.03, kGrowth = 0.05;
   for (double t = -kBefore_s; t < end_s;) {
     times_s_.push_back(t);
@@ -94,14 +94,14 @@ namespace {
 constexpr std::size_t kTable = 512;
 constexpr double kTableEnd = 2;  // over what is stored at the fast flow
 
-// Mean of exp(-t) over t from 0 to x.
+// Returns the mean of exp(-t) over t from 0 to x.
 double MeanDecay(double x) {
   constexpr double kSeries = 0.7;  // below it right to 4e-6
   if (x < kSeries) return 1 / (1 + x * (1.0 / 2 + x * (1.0 / 12 - x * x / 720)));
   return (1 - std::exp(-x)) / x;
 }
 
-// The melt of one line: a stage of the law, and a linear one behind it.
+// Melt of one line: a stage with the law, followed by a linear one.
 struct Melt {
   const HeadMotion::Drive* drive = nullptr;
   double pressure_advance_s = 0;
@@ -116,7 +116,7 @@ struct Melt {
   }
 };
 
-// Returns what leaves the first stage in a step; exact for a law that is straight over the step.
+// Returns the output of the first stage in a step; exact for a law that is linear over the step.
 double PushFirst(const StoredLaw& law, double loss, double filament_mm, double step_s, Melt& melt) {
   if (melt.stored_mm <= 0) {
     melt.stored_mm += filament_mm < 0 ? (1 - loss) * filament_mm : filament_mm;
@@ -231,14 +231,14 @@ double LagModel::Kept(double flow_mm_s) const {
   return 1 - lag_.slip * ratio * ratio;
 }
 
-// Filament laid by the end of each cell of time, line by line in each.
+// Returns the filament laid by the end of each time step, line by line in each.
 std::vector<double> LagModel::Extrude(std::span<const Line> lines) const {
   const std::vector<double>& times_s = motion_->times_s();
   const double begin_mm_s = motion_->slow_mm_s() * Kept(motion_->slow_mm_s());
   std::vector<Melt> melts;
   for (const Line& line : lines) {
     Melt melt;
-    // Klipper averages no line without advance.
+    // Klipper smooths no line without advance.
     melt.drive = line.pressure_advance_s > 0 ? averaged_.get() : even_.get();
     melt.pressure_advance_s = line.pressure_advance_s;
     melt.scale = line.lag_s * (1 - lag_.second);
@@ -297,7 +297,7 @@ double LagModel::RightPressureAdvance() const {
   const double stored_s =
       (1 - lag_.second) * (law_->Stored(delivered_mm_s) - law_->Stored(slow_mm_s)) +
       lag_.second * (delivered_mm_s - slow_mm_s);
-  // What advance supplies passes the slipping drive as well: a third of the slip on the average.
+  // Advance also passes through the slipping drive: a third of the slip on average.
   return lag_.lag_s * stored_s / (fast_mm_s - slow_mm_s) / (1 - lag_.slip / 3);
 }
 

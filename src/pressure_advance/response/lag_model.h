@@ -10,7 +10,7 @@
 
 namespace trammel::pressure_advance {
 
-/// The head's way over time along a line: slow, fast, slow, by ramps of constant acceleration.
+/// Head position over time along a line: slow, fast, slow, with ramps of constant acceleration.
 class HeadMotion {
  public:
   /// REQUIRES a slow, a fast and a slow segment, a length and an acceleration.
@@ -18,23 +18,23 @@ class HeadMotion {
 
   [[nodiscard]] double slow_mm_s() const { return slow_mm_s_; }
   [[nodiscard]] double fast_mm_s() const { return fast_mm_s_; }
-  /// Ends of the cells of time that a model steps through, s: short about changes of speed, from
-  /// before the first on until after the line's end.
+  /// Returns the ends of a model's time steps, s: short about changes of speed, from before the
+  /// first to after the line's end.
   [[nodiscard]] const std::vector<double>& times_s() const { return times_s_; }
-  /// At these times, from the line's start.
+  /// Positions at these times, from the line's start.
   [[nodiscard]] const std::vector<double>& positions_mm() const { return positions_mm_; }
 
-  /// What a drive follows at these times.
+  /// Motion that a drive follows at these times.
   struct Drive {
     std::vector<double> position_mm;
     std::vector<double> speed_mm_s;
   };
-  /// Averages the way by a triangle, as Klipper does where advance is on.
+  /// Smooths the position by a triangle, as Klipper does with pressure advance.
   /// @param width_s  of the triangle's base; >= 0
   [[nodiscard]] Drive Averaged(double width_s) const;
 
  private:
-  // A stretch of constant acceleration: the second integral of the way as a polynomial of the time
+  // Phase of constant acceleration: the second integral of the position as a polynomial of the time
   // since its beginning, lowest power first.
   struct Phase {
     double begin_s = 0;
@@ -52,13 +52,13 @@ class HeadMotion {
   std::vector<double> times_s_, positions_mm_;
 };
 
-/// Flows at which a law's exponent may change, over the fast one.
+/// Flows at which a law's exponent may change, relative to the fast one.
 inline constexpr std::array<double, 3> kLawBreaks{0.13, 0.3, 0.65};
 
-/// What is not known of an extruder and of the line that it lays.
+/// Unknowns of an extruder and of the line that it lays.
 struct Lag {
   double lag_s = 0.03;  ///< secant of the filament stored, between the slow and the fast speed; > 0
-  /// Of the flow, in what is stored, from stretch to stretch of flows (kLawBreaks); > 0.
+  /// Exponents of flow in the storage, from stretch to stretch of flows (kLawBreaks); > 0.
   std::array<double, 4> exponent{1, 1, 1, 1};
   double second = 0;       ///< share of the storage that lies in a second, linear stage; 0 … 1
   double slip = 0;         ///< share of the drive lost at the fast flow; grows as its square
@@ -67,8 +67,8 @@ struct Lag {
   double smear_mm = 0.4;   ///< length over which filament spreads; > 0
 };
 
-/// Filament stored over flow, dS/dq ~ (q / q0)^(n - 1) from stretch to stretch, without a jump; its
-/// secant between the slow and the fast speed is one second.
+/// Stored filament over flow, dS/dq ~ (q / q0)^(n - 1), continuous between stretches; its secant
+/// between the slow and the fast speed is one second.
 class StoredLaw {
  public:
   StoredLaw(const HeadMotion& motion, const std::array<double, 4>& exponent);
@@ -76,11 +76,11 @@ class StoredLaw {
   /// @param flow_mm_s  of filament along the line, >= 0
   /// @returns mm
   [[nodiscard]] double Stored(double flow_mm_s) const;
-  /// Its derivative over flow, s. @param flow_mm_s  > 0
+  /// Computes the storage's derivative over flow, s. @param flow_mm_s  > 0
   [[nodiscard]] double LagAt(double flow_mm_s) const;
   struct Flow {
     double mm_s = 0;
-    double per_s = 0;  ///< its derivative over what is stored
+    double per_s = 0;  ///< derivative by the stored volume
   };
   /// Looks the flow up in a table.
   /// @param stored_mm  > 0
@@ -88,7 +88,7 @@ class StoredLaw {
 
  private:
   struct Piece {
-    double begin = 0, stored = 0;  // at the beginning
+    double begin = 0, stored = 0;  // at the start
     double anchor = 1, n = 1, lag_s = 1;
     double at_anchor = 0;  // 1 where the stretch begins at its anchor, 0 where it begins at rest
 
@@ -104,28 +104,29 @@ class StoredLaw {
   std::vector<double> flow_mm_s_;
 };
 
-/// Lays lines of one pattern with one lag; what lines share is worked out once.
+/// Lays lines of one pattern with one lag; common parts are computed once.
 class LagModel {
  public:
   /// @param motion  outlives the model
   LagModel(const HeadMotion& motion, const Lag& lag);
-  /// The model of another lag; shares with this one what is the same.
+  /// Returns the model of another lag; shares the common parts with this one.
   [[nodiscard]] LagModel With(const Lag& lag) const;
 
   [[nodiscard]] const Lag& lag() const { return lag_; }
   struct Line {
-    double lag_s = 0;  ///< in place of the model's own, > 0
+    double lag_s = 0;  ///< replaces the model's own, > 0
     double pressure_advance_s = 0;
-    /// Rising, from the line's start; before the motion's beginning it is even.
+    /// Rising, from the line's start; steady flow before the motion begins.
     std::span<const double> positions_mm;
   };
-  /// Lays lines side by side, which keeps a processor busy that one line would let wait.
-  /// @returns areas at each line's positions, over the nominal one
+  /// Lays lines side by side, since one line alone would stall a processor.
+  /// @returns areas at each line's positions, relative to the nominal one
   [[nodiscard]] std::vector<std::vector<double>> Lay(std::span<const Line> lines) const;
-  /// The pressure advance that supplies what the change of speed stores, slip counted.
+  /// Returns the pressure advance that supplies the filament stored by the change of speed, slip
+  /// included.
   [[nodiscard]] double RightPressureAdvance() const;
-  /// Of the filament stored at an even flow, what a little more flow adds to it, s: what a small
-  /// change of speed there lags by.
+  /// Computes the derivative of the stored filament over flow at an even flow, s: the lag of a
+  /// small change of speed there.
   /// @param flow_mm_s  > 0
   [[nodiscard]] double LagAt(double flow_mm_s) const;
 

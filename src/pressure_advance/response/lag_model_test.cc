@@ -192,7 +192,7 @@ TEST(LagModel, LosesFilamentOnlyInAGapThatIsNotRefilled) {
     return std::accumulate(areas.begin(), areas.end(), 0.0) * 0.1;
   };
   EXPECT_NEAR(laid(0), line.length_mm - 2, 0.2);
-  EXPECT_GT(laid(1), laid(0.5) + 0.1);  // what is not claimed back is laid again
+  EXPECT_GT(laid(1), laid(0.5) + 0.1);  // lost filament is laid again
   EXPECT_GT(laid(0.5), laid(0) + 0.1);
 }
 

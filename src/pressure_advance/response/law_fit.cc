@@ -21,7 +21,7 @@ using Eigen::Index, Eigen::VectorXd;
 
 constexpr double kFirstDamping = 1e-3;
 
-// What stays the same during a fit.
+// Constants of a fit.
 struct Pattern {
   HeadMotion head;
   LagModel model;
@@ -43,7 +43,7 @@ double Misfit(const std::vector<LawLine>& lines, const Pattern& pattern, const L
   return sum + away.dot(pattern.prior.information * away);
 }
 
-// What the lines' own lags and levels scatter by, and how well the readings fit.
+// Estimates the scatter of the lines' own lags and levels, and the misfit.
 void Learn(std::vector<LawLine>& lines, const LawState& before, const LawOptions& options,
            LawState& state) {
   const double prior_s = options.lag_scatter * before.theta(kLagSeconds);
@@ -51,7 +51,7 @@ void Learn(std::vector<LawLine>& lines, const LawState& before, const LawOptions
   double flow = options.seen_lines * Square(options.flow_scatter);
   double place = options.seen_lines * Square(options.place_scatter_mm);
   std::vector<double> pulls, misfits;
-  // The expected square of a deviation that is common to a line, by its readings.
+  // Returns the expected square of a deviation common to a line, given its readings.
   const auto expected = [](double variance, double weighed, double information) {
     return Square(variance * weighed) + variance - Square(variance) * information;
   };
@@ -80,7 +80,7 @@ void Learn(std::vector<LawLine>& lines, const LawState& before, const LawOptions
   for (std::size_t i = 0; i < lines.size(); ++i) {
     lines[i].weight = misfits[i] > most ? Square(most / misfits[i]) : 1;
   }
-  constexpr double kMedianPull = 0.6745;  // of a normal distribution
+  constexpr double kMedianPull = 0.6745;  // normal distribution's
   const double n = static_cast<double>(lines.size()) - 1 + options.seen_lines;
   state.lag_scatter_s = std::sqrt(lag / n);
   state.flow_scatter = std::sqrt(flow / n);
@@ -88,13 +88,13 @@ void Learn(std::vector<LawLine>& lines, const LawState& before, const LawOptions
   state.noise = std::clamp(before.noise * Square(Median(pulls) / kMedianPull), 0.01, 100.0);
 }
 
-// One step towards the least misfit.
+// Step towards the minimum misfit.
 struct Step {
   LawMatrix information;
   double length = 0;  // in standard deviations
 };
 
-// REQUIRES lines that are linearised and weighed at the state.
+// REQUIRES lines that are linearised and weighted at the state.
 Step Improve(const Pattern& pattern, const std::vector<LawLine>& lines, LawState& state,
              double& damping) {
   constexpr int kAttempts = 6;
@@ -129,7 +129,7 @@ Step Improve(const Pattern& pattern, const std::vector<LawLine>& lines, LawState
   return step;
 }
 
-// Minus twice the logarithm of the likelihood, but for a constant.
+// Returns minus twice the log-likelihood, up to a constant.
 double Unlikeliness(const Pattern& pattern, std::vector<LawLine>& lines, const LawState& state) {
   Linearise(pattern.model, state, lines);
   Weigh(state, pattern.options, lines);
@@ -138,7 +138,7 @@ double Unlikeliness(const Pattern& pattern, std::vector<LawLine>& lines, const L
   return sum;
 }
 
-// A melt of one stage and one of two may each look like a poor kind of the other: the better of
+// A one-stage melt may look like a poor two-stage one, and vice versa: starts with the better of
 // the two after a few steps.
 LawState Begin(const Pattern& pattern, double lag_s, std::vector<LawLine>& lines) {
   constexpr int kSteps = 4;
@@ -168,13 +168,13 @@ LawState Begin(const Pattern& pattern, double lag_s, std::vector<LawLine>& lines
   return best;
 }
 
-// Differences from the law over their own standard deviations, each given all others of its line.
+// Returns residuals over their own standard deviations, each conditional on all others of its line.
 VectorXd Pulls(const LawLine& line) {
   const VectorXd solved = line.covariance.Solve(line.value - line.mean).col(0);
   return solved.cwiseQuotient(line.covariance.InverseDiagonal().cwiseSqrt());
 }
 
-// REQUIRES lines that are linearised and weighed, in print order.
+// REQUIRES lines that are linearised and weighted, in print order.
 double SharedMisfit(const std::vector<LawLine>& lines) {
   constexpr double kMostApart_mm = 0.5;
   double both = 0, each = 0;
@@ -200,8 +200,8 @@ double SharedMisfit(const std::vector<LawLine>& lines) {
   return each > 0 ? both / each : 0;
 }
 
-// What a law is asked for: the right pressure advance, the lag at the slow and at the fast speed,
-// slip.
+// Computes the unknowns of interest: the right pressure advance, the lag at the slow and at the
+// fast speed, slip.
 constexpr int kAsked = 4;
 Eigen::Matrix<double, kAsked, 1> Answers(const HeadMotion& head, const LagModel& model) {
   return {model.RightPressureAdvance(), model.LagAt(head.slow_mm_s()),
@@ -274,7 +274,7 @@ std::optional<LawFit> FitLaw(const std::vector<LineProfile>& profiles, const Lin
   for (int i = 0; i < kMost; ++i) {
     Linearise(pattern.model, state, lines);
     Weigh(state, options, lines);
-    // The scatter is learnt every second step, until it no longer changes much.
+    // The scatter is estimated every second step, until it hardly changes.
     if (i % kLearnEvery == 0 && i / kLearnEvery < kLearnings) {
       Learn(lines, LawState(state), options, state);
       Weigh(state, options, lines);
@@ -321,8 +321,8 @@ std::vector<LineProfile> LayLines(const LawFit& law, std::vector<LineProfile> pr
 
 namespace {
 
-// What is left open of a crossing as far as the law is known. What two transitions differ by is
-// looked at anew.
+// Corrects a crossing and its uncertainty, given the storage model. The difference of two
+// transitions is tested anew.
 BudgetedValue Corrected(const BudgetedValue& seen, const BudgetedValue& twin, const LawFit& law,
                         const LawOptions& options) {
   const double trust = TrustIn(law, options);
@@ -339,8 +339,8 @@ BudgetedValue Corrected(const BudgetedValue& seen, const BudgetedValue& twin, co
   return corrected;
 }
 
-// Widens the answer by what two values differ beyond twice their standard uncertainty.
-// @returns how many of these they differ by, where it does
+// Widens the answer by the difference of two values beyond twice its standard uncertainty.
+// @returns the difference in standard uncertainties, if it exceeds two
 std::optional<double> Widen(double differ_s, double variance, UncertaintyBudget& budget) {
   const double beyond = Square(differ_s) - 4 * variance;
   if (beyond <= 0) return std::nullopt;
@@ -355,7 +355,7 @@ Quantity Budgeted(const BudgetedValue& answer, double freedom) {
           {std::max(0.0, answer.value_s - half_s), answer.value_s + half_s}};
 }
 
-// What the fit says, with what other laws leave open; at least 0.
+// Returns the fit's value, widened by other models' errors; at least 0.
 Quantity OfTheFit(const Fitted& fitted, double form, double most) {
   const double u = std::hypot(fitted.sigma, form);
   return {
@@ -407,7 +407,7 @@ LearntLaw WeighWithLaw(const LawFit& law, const CombinedTransitions& twin,
   const double law_variance =
       Square(law.sigma_s) + Square(options.law_form_sigma * law.pressure_advance_s);
   const double own = whole.budget.total() - whole.budget.picture;
-  // The fit uses all that the crossings use: where its model holds, its own error is in both.
+  // The fit uses all data of the crossings: if its model is valid, its own error is in both.
   const double shared = std::min(Square(law.sigma_s), 0.9 * std::min(own, law_variance));
   const double apart = own + law_variance - 2 * shared;
   const double w = trust * std::clamp((own - shared) / apart, 0.0, options.most_weight);
@@ -429,7 +429,7 @@ LearntLaw WeighWithLaw(const LawFit& law, const CombinedTransitions& twin,
   budget.slip *= rest;
   budget.unread *= rest;
   budget.drift *= rest;
-  // Of what the transitions differed by, the law may explain a part.
+  // The storage model may explain a part of the transitions' difference.
   crossings.notices.clear();
   const BudgetedValue& a = *crossings.first;
   const BudgetedValue& d = *crossings.second;

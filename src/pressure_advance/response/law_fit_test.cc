@@ -118,9 +118,9 @@ const Interval kSpan_mm{4, 26};
 struct World {
   LagLaw law;
   double level_mm2 = 0.08;
-  double noise = 0.03;    // of readings, relative
-  double scatter = 0.02;  // of a line's lag, relative
-  double power = 1;       // of the area that is read
+  double noise = 0.03;    // per reading, relative
+  double scatter = 0.02;  // of line lags, relative
+  double power = 1;       // exponent of the area as read
   double moved_mm = 0;    // lines alternately, to and fro
   double slip = 0;        // share of the flow that is lost at the fast speed
   int count = 10;
@@ -289,7 +289,7 @@ TEST(LawFit, LaysTheLinesThatItLearnt) {
       ++count;
     }
   }
-  // What the law leaves over is the noise, and some edges.
+  // The storage model's residuals are the noise, and some edges.
   EXPECT_LT(std::sqrt(off / count), 2 * world.noise);
 }
 

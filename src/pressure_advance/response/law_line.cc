@@ -19,8 +19,8 @@ LineCovariance::Block LineCovariance::Block::Inverse() const {
   return {flow / determinant, -both / determinant, reading / determinant};
 }
 
-// Of T + D W D, T tridiagonal, D diagonal, W the flow's correlation whose inverse is tridiagonal,
-// the inverse is a corner of that of [T D; D -1/W]: block-tridiagonal if the readings' and the
+// Inverse of T + D W D, T tridiagonal, D diagonal, W the flow's correlation with a tridiagonal
+// inverse. It is a corner of that of [T D; D -1/W]: block-tridiagonal if the readings' and the
 // flow's rows alternate. The common causes follow by the matrix inversion lemma, one by one.
 LineCovariance::LineCovariance(const Terms& terms) {
   const Index n = terms.own.size();
@@ -204,8 +204,8 @@ VectorXd AsVector(const std::vector<double>& values) {
   return Eigen::Map<const VectorXd>(values.data(), static_cast<Index>(values.size()));
 }
 
-// What a reading has more of a power that is more by one: laid^(1 + p) = laid + p * this, nearly.
-// Large swells, which an eye rounds off, do not tell of it.
+// Computes a reading's derivative over its power: laid^(1 + p) = laid + p * this, nearly. Large
+// swells, which the reading rounds off, contain no information on it.
 double PerPower(double laid) {
   constexpr double kMost = 1.5;
   return laid > 0 ? std::min(laid, kMost) * std::log(std::min(laid, kMost)) : 0;
@@ -236,13 +236,13 @@ LineCovariance CovarianceOf(const LawLine& line, const LawState& state, const La
   LineCovariance::Terms terms{VectorXd(n), VectorXd(n - 1), VectorXd(n), VectorXd(n - 1),
                               Eigen::MatrixXd(n, 3)};
   const auto at = [&](Index i) { return line.position_mm[static_cast<std::size_t>(i)]; };
-  constexpr double kForm = 1e-4;  // of what a model of a line leaves out, its square
+  constexpr double kForm = 1e-4;  // model error per line, squared
   for (Index i = 0; i < n; ++i) {
     terms.own(i) = state.noise * line.variance(i) * line.doubt(i) +
                    Square(options.place_mm * line.slope(i)) +
                    Square(options.swell * std::max(0.0, mean(i) - 1)) + kForm;
     if (i + 1 == n) break;
-    // Filament that spreads along the line is nowhere lost.
+    // Filament that spreads along the line is conserved.
     const double step_mm = at(i + 1) - at(i);
     const double thin = std::min(mean(i), mean(i + 1)) / options.droplet;
     const double moved = Square(options.spread_mm2 * (mean(i + 1) - mean(i)) / step_mm) +
@@ -277,7 +277,7 @@ std::optional<LawLine> LawLineOf(const LineProfile& profile, const Interval& spa
   const std::vector<ProfileSample>& samples = profile.samples;
   for (std::size_t i = 0; i < samples.size(); ++i) {
     const ProfileSample& sample = samples[i];
-    // Next to a bead that reaches out of the picture those are seen that read small.
+    // Next to a bead that reaches out of the picture, visible readings are biased low.
     const bool beside =
         (i > 0 && samples[i - 1].cut_off) || (i + 1 < samples.size() && samples[i + 1].cut_off);
     if (!sample.area.seen() || sample.gap || beside || sample.position < span_mm.lo ||

@@ -30,8 +30,8 @@ struct Prepared {
   bool slope_has_scale = false;  // area over a known length: the slope is then near 1
 };
 
-// Excess of all lines in seconds: divided by the speed change. Where the line's length is unknown
-// the scale is arbitrary until the slope is known.
+// Computes the surplus of all lines in seconds: divided by the speed change. If the line's length
+// is unknown, the scale is arbitrary until the slope is known.
 Prepared Prepare(const std::vector<LineProfile>& profiles, const LineMotion& motion,
                  Reading reading, const TransitionPlan& plan, std::vector<LineResult>& lines) {
   Prepared prepared;
@@ -68,7 +68,7 @@ Prepared Prepare(const std::vector<LineProfile>& profiles, const LineMotion& mot
         prepared.unit_mm / std::abs(plan.deceleration.speed_change_mm_s));
     if (transitions.early) add(*transitions.early, early_lines[i].acceleration, rise_s);
   }
-  // Slip grows with the square of the flow, which rises along a ramp as the way does.
+  // Slip grows with the square of the flow, which rises along a ramp in proportion to the distance.
   const auto slip_excess_s = [&](const TransitionWindow& window, double fast_length) {
     const double slipping = std::max(0.0, fast_length - window.ramp_length / 2);
     return slipping * prepared.unit_mm / std::abs(window.speed_change_mm_s);
@@ -91,8 +91,8 @@ Prepared Prepare(const std::vector<LineProfile>& profiles, const LineMotion& mot
   return prepared;
 }
 
-// Where the fast segment has a steady middle, both windows are as wide as can be; only the stretch
-// that answers to PA is kept. On a short line the whole window answers.
+// If the fast segment has a steady middle, both windows are as wide as possible; only the stretch
+// that responds to PA is used. On a short line the whole window responds.
 TransitionPlan NarrowWindows(const std::vector<LineProfile>& profiles, Reading reading,
                              const TransitionPlan& wide) {
   if (!wide.steady_middle) return wide;
@@ -118,15 +118,16 @@ void Describe(const Prepared& prepared, const TransitionSeries& series,
   result.excess_s.assign(lines, 0);
   result.sigma_s.assign(lines, 0);
   result.fitted_s.assign(lines, 0);
-  // Without a length the scale is free: the slope is made 1, so that excess reads as error in PA.
+  // Without a length the scale is free: the slope becomes 1, so that the surplus equals the error
+  // in PA.
   const double unit = prepared.slope_has_scale || fit.slope == 0 ? 1 : 1 / std::abs(fit.slope);
   constexpr double kIgnored = 0.05;
-  // Points and curve fall through zero at the transition's value.
+  // Shifts points and curve to cross zero at the transition's value.
   const double put_in_s = fit.slope * shift_s;
   for (std::size_t k = 0; k < series.pa_s.size(); ++k) {
     const std::size_t i = prepared.line[k];
     const double fitted_s = signal::ResponseAt(fit, series.pa_s[k]);
-    // What a line does not show lies on the curve, unused.
+    // A line without the transition is on the curve, unused.
     const double excess_s = std::isfinite(series.sigma_s[k]) ? series.excess_s[k] : fitted_s;
     result.excess_s[i] = (excess_s + put_in_s) * unit;
     result.fitted_s[i] = (fitted_s + put_in_s) * unit;
@@ -136,8 +137,8 @@ void Describe(const Prepared& prepared, const TransitionSeries& series,
   }
 }
 
-// The same scatter the other way round: what lines have more than those of the law, these have
-// less. They are as sure, as what a gap may hide is the same.
+// Mirrors the scatter: lines with more than the model's get less. Their uncertainty is the same, as
+// a gap may hide the same amount.
 TransitionSeries Mirrored(const TransitionSeries& seen, const TransitionSeries& laid) {
   TransitionSeries mirrored = seen;
   for (std::size_t k = 0; k < seen.excess_s.size(); ++k) {
@@ -154,8 +155,8 @@ Transitions Mirrored(const Transitions& seen, const Transitions& laid) {
   return mirrored;
 }
 
-// What the profiles' shapes tell beyond their crossings: only where lines are short, whole and to
-// scale.
+// Fits the profiles' shapes for information beyond their crossings: only if lines are short, whole
+// and to scale.
 std::optional<LearntLaw> LearnLaw(const std::vector<LineProfile>& profiles,
                                   const LineMotion& motion, const Prepared& prepared,
                                   const TransitionCrossings& seen, const ResponseOptions& options,
@@ -174,7 +175,7 @@ std::optional<LearntLaw> LearnLaw(const std::vector<LineProfile>& profiles,
       Prepare(LayLines(*law, profiles, motion), motion, Reading::kArea, prepared.plan, lines);
   if (laid.line != prepared.line) return std::nullopt;
   const Transitions twin = Mirrored(prepared.transitions, laid.transitions);
-  // Whether the seen lines answer clearly was looked at.
+  // The seen lines' significance was checked before.
   ResponseOptions any = options;
   any.least_significance = 0;
   any.most_beyond = std::numeric_limits<double>::infinity();
@@ -183,7 +184,7 @@ std::optional<LearntLaw> LearnLaw(const std::vector<LineProfile>& profiles,
   const CombinedTransitions of_twin =
       CombineTransitions(twin, *crossings, prepared.slope_has_scale, any);
   if (!of_twin.whole) return std::nullopt;
-  // The law explains what the half-lines leave over.
+  // The storage model explains the half-lines' residuals.
   const double known = Square(TrustIn(*law, *options.law));
   const auto narrow = [known](double variance, BudgetedValue& value) {
     double& lines = value.budget.lines;
@@ -280,7 +281,7 @@ Analysis FitResponse(const std::vector<LineProfile>& profiles, const LineMotion&
 
 namespace {
 
-// Lines by their pattern, in the order of the patterns.
+// Groups the lines by pattern, in the order of the patterns.
 std::vector<std::vector<LineProfile>> ByPattern(const std::vector<LineProfile>& profiles) {
   std::map<int, std::vector<LineProfile>> patterns;
   for (const LineProfile& profile : profiles) patterns[profile.pattern].push_back(profile);
@@ -289,7 +290,7 @@ std::vector<std::vector<LineProfile>> ByPattern(const std::vector<LineProfile>& 
   return sorted;
 }
 
-// Moves a transition's points and curve so that they fall through zero where its value is now.
+// Shifts a transition's points and curve so that they cross zero at its present value.
 void MoveZero(const std::vector<LineProfile>& profiles, double by_s, TransitionResult& result) {
   const auto by_value = [&](std::size_t a, std::size_t b) {
     return profiles[a].pressure_advance_s < profiles[b].pressure_advance_s;
@@ -303,7 +304,7 @@ void MoveZero(const std::vector<LineProfile>& profiles, double by_s, TransitionR
   for (double& fitted_s : result.fitted_s) fitted_s += slope * by_s;
 }
 
-// Each transition's value as the answer's: both come of the patterns one by one.
+// Combines each transition's value like the answer: both from the single patterns.
 void CombineTransition(const std::vector<LineProfile>& profiles,
                        const std::vector<ResponseResult>& alone,
                        TransitionResult ResponseResult::*transition, const Interval& tested_s,
@@ -322,7 +323,7 @@ void CombineTransition(const std::vector<LineProfile>& profiles,
   result.pressure_advance = std::move(combined);
 }
 
-// What several patterns on one plate say one by one, and what that makes of the answer.
+// Computes each pattern's result on a plate of several, and their effect on the answer.
 void CompareRepeats(const std::vector<LineProfile>& profiles, const ResponseOptions& options,
                     Analysis& analysis) {
   const auto patterns = ByPattern(profiles);

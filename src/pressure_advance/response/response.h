@@ -1,4 +1,4 @@
-// Estimates pressure advance where the surplus filament of a speed change crosses zero.
+// Estimates pressure advance from the zero crossing of the surplus filament of a speed change.
 #pragma once
 
 #include <string>
@@ -12,28 +12,26 @@ namespace trammel::pressure_advance {
 
 /// Fits the response of all lines together.
 ///
-/// Conservation of filament is the whole model: whatever the law of the extruder's lag, a speed
-/// change by dv stores S(q_fast) - S(q_slow) more filament, PA supplies PA * dv of it, and the
-/// difference is missing from the line (acceleration) or in excess on it (deceleration). Smoothing
-/// in the firmware moves filament about but adds none, so its shape integrates to zero over the
-/// window.
+/// The model is conservation of filament, whatever the law of the extruder's lag. A speed change by
+/// dv stores S(q_fast) - S(q_slow) more filament, and PA supplies PA * dv of it. The difference is
+/// missing from the line (acceleration) or in surplus on it (deceleration). The firmware's
+/// smoothing moves filament but adds none, so its shape integrates to zero over the window.
 ///
-/// Where lines are read as areas to scale, the law of the lag is learnt of their shapes as well
-/// (FitLaw), and weighed with that (WeighWithLaw).
+/// If lines are read as areas to scale, the law of the lag is estimated from their shapes as well
+/// (FitLaw), and weighted with that (WeighWithLaw).
 ///
-/// Assumes one slow-fast-slow change of speed per line, windows that hold the transitions (docs), a
-/// reading proportional to the filament near the answer, and lines that are independent of each
-/// other. Checks: the slope's significance, sign and size, the scatter of single lines, the two
-/// transitions against each other.
+/// Assumes one slow-fast-slow change of speed per line, windows that contain the transitions
+/// (docs), a reading proportional to the filament near the answer, and independent lines. Checks:
+/// the slope's significance, sign and size, the scatter of single lines, the two transitions
+/// against each other.
 /// @returns an analysis with motion, lines, notices and response; in that, per transition and
-/// combined: value in s with its uncertainty (leave-one-out over the lines, plus slip
-///   and lag form), or the verdict that says why not.
+///   combined: value in s with its uncertainty (leave-one-out over the lines, plus slip and lag
+///   form), or a verdict with the reason.
 [[nodiscard]] Analysis FitResponse(const std::vector<LineProfile>& profiles,
                                    const LineMotion& motion, const ResponseOptions& options = {});
 
-/// Runs the response fit and puts everything known about the recording into one value.
-/// @param deviation  of the heights that were seen; default-constructed where there are none (a
-/// photo)
+/// Runs the response fit and returns all results of the recording in one value.
+/// @param deviation  of the heights seen; default-constructed if there are none (a photo)
 [[nodiscard]] Analysis Analyse(std::vector<LineProfile> profiles, const LineMotion& motion,
                                DeviationResult deviation, const ResponseOptions& options = {});
 

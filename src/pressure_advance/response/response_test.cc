@@ -22,9 +22,9 @@ using testing::LagLine;
 struct World {
   LagLine line;
   LagLaw law;
-  double lag_scatter = 0;   // of single lines, relative
-  double flow_scatter = 0;  // of single lines, relative
-  double noise = 0;         // of single readings, relative
+  double lag_scatter = 0;   // between lines, relative
+  double flow_scatter = 0;  // between lines, relative
+  double noise = 0;         // per reading, relative
   std::vector<double> pa;
 };
 

@@ -22,8 +22,8 @@ std::string Describe(const LineMotion& motion) {
   return fmt::format("{}", fmt::join(parts, ","));
 }
 
-// Whether the fast segment is long enough for the acceleration's lag to pass and leave a steady
-// middle.
+// True if the fast segment is long enough for the acceleration's lag to pass and a steady middle to
+// follow.
 bool HasSteadyMiddle(const LineMotion& motion, double longest_lag_s,
                      const TransitionOptions& options) {
   if (!motion.length_mm) return true;
@@ -104,7 +104,7 @@ Result<TransitionPlan> PlanTransitions(const LineMotion& motion, PositionUnit un
 
 namespace {
 
-// Relative readings of one line, averaged per bin; not finite where the bin has none.
+// Returns relative readings of one line, averaged per bin; not finite for an empty bin.
 std::vector<double> Binned(const LineProfile& profile, Reading reading, const Interval& window,
                            int bins) {
   std::vector<double> sum(bins, 0.0), count(bins, 0.0), all;

@@ -1,4 +1,4 @@
-// Plans where along a line the speed changes, and which stretches belong to which change.
+// Plans the positions of a line's speed changes and the stretches that belong to each.
 #pragma once
 
 #include <optional>
@@ -12,13 +12,13 @@
 
 namespace trammel::pressure_advance {
 
-/// Of a transition's window: a line is unusable where more than this is unread in one piece.
+/// Maximum unread fraction of a transition's window in one piece; above it a line is unusable.
 inline constexpr double kMostUnread = 0.25;
 
-/// A stretch of the line in which all filament that one speed change moves is laid down.
+/// Stretch of the line in which all filament moved by one speed change is laid down.
 struct TransitionWindow {
   Interval span;                 ///< positions, in the profiles' PositionUnit
-  double boundary = 0;           ///< where the commanded speed changes
+  double boundary = 0;           ///< commanded speed change
   double speed_change_mm_s = 0;  ///< > 0 for the acceleration, < 0 for the deceleration
   double fast_length = 0;        ///< part of span that was printed in the fast segment
   double ramp_length = 0;        ///< part of that on which the speed changes; 0 where unknown
@@ -29,24 +29,22 @@ struct TransitionPlan {
   TransitionWindow acceleration;
   TransitionWindow deceleration;
   bool steady_middle = false;  ///< whether the fast segment's middle is a reference
-  /// Where the acceleration's tail is judged from: its window, ending earlier. Empty (lo == hi)
-  /// with a steady middle, where the tail has passed, and where the window reaches into the next
-  /// ramp.
+  /// Window for the acceleration's tail: the same, ending earlier. Empty (lo == hi) with a steady
+  /// middle, where the tail has passed, and if the window extends into the next ramp.
   Interval early;
 };
 
 /// Plans the windows for a line with one fast segment between two slower ones.
 ///
-/// On a short line (the paper's) the filament that an acceleration holds back is missing over most
-/// of the fast segment (lag * speed: 5 mm at 150 mm/s), so the two windows share it, split late
-/// because a deceleration's surplus drops where it happens, and the slow stretches are the
-/// reference. Where the fast segment has a steady middle, that middle and the last slow stretch are
-/// the reference: nearer to the transitions, and free of what happens at a line's start. A photo
-/// does not tell the line's length; its lines are taken to have such a middle.
-/// @param longest_lag_s  largest PA tested. Four of these must pass before a middle is steady, and
-/// must fit
-///   behind the deceleration.
-/// @returns an error that names the segments where they are not slow, fast, slow.
+/// On a short line (the paper's) the filament held back by an acceleration is missing over most of
+/// the fast segment (lag * speed: 5 mm at 150 mm/s). So the two windows share it, split late
+/// because a deceleration's surplus drops immediately, and the slow stretches are the reference. If
+/// the fast segment has a steady middle, that middle and the last slow stretch are the reference:
+/// nearer to the transitions, and free of effects at a line's start. A photo does not show the
+/// line's length; its lines are assumed to have such a middle.
+/// @param longest_lag_s  maximum tested PA. Four of these must pass before a middle is steady,
+///   and must fit after the deceleration.
+/// @returns an error that names the segments if they are not slow, fast, slow.
 [[nodiscard]] Result<TransitionPlan> PlanTransitions(const LineMotion& motion, PositionUnit unit,
                                                      double longest_lag_s,
                                                      const TransitionOptions& options = {});
@@ -55,19 +53,19 @@ struct TransitionPlan {
 /// integral gathers only noise and uneven light.
 ///
 /// In each bin along the window, the slope of the relative reading over pressure advance is the
-/// median of the slopes between all pairs of lines (Theil 1950, Sen 1968). The stretch is grown
-/// from the bin with the strongest slope of the expected sign, in both directions, until the slope
+/// median of the slopes between all pairs of lines (Theil 1950, Sen 1968). The stretch is grown in
+/// both directions from the bin with the strongest slope of the expected sign, until the slope
 /// falls below the threshold.
-/// @param rising  whether the reading rises with pressure advance there (acceleration) or falls.
-/// @returns nothing where no bin's answer stands out from the others' scatter; otherwise a part of
-/// `window`.
+/// @param rising  true if the reading rises with pressure advance there (acceleration), false if it
+/// falls.
+/// @returns nothing if no bin's response exceeds the others' scatter; else a part of `window`.
 [[nodiscard]] std::optional<Interval> RespondingStretch(const std::vector<LineProfile>& profiles,
                                                         Reading reading, const Interval& window,
                                                         bool rising);
 
 /// Names the stretch of a transition that no frame shows: "no frame shows the line from 17.2 to
-/// 21.4 mm". Empty where each window is seen as densely as MeasureExcess asks (kMostUnread), and
-/// where the sweep's frames are that far apart throughout: a gap is longer than three usual steps.
+/// 21.4 mm". Empty if each window is sampled as densely as MeasureExcess requires (kMostUnread),
+/// and if the sweep's frames are that far apart throughout: a gap is longer than three usual steps.
 /// @param frame_positions_mm  as in ScanLine; at least two of them present, or the answer is empty
 /// @param plan                in mm
 [[nodiscard]] std::string NameUnseenStretch(

@@ -48,7 +48,7 @@ TEST(Transitions, TakeASteadyMiddleForReferenceOnlyWhereFourLagsPass) {
   // middle begins at 0.35 of the fast half: from 39.75 / 0.175 = 227 mm of line on.
   EXPECT_FALSE(Plan(Motion(226)).steady_middle);
   EXPECT_TRUE(Plan(Motion(228)).steady_middle);
-  EXPECT_TRUE(Plan(Motion(30), 0.0).steady_middle);  // without a lag the ramp alone: 21.4 mm
+  EXPECT_TRUE(Plan(Motion(30), 0.0).steady_middle);  // ramp alone, no lag: 21.4 mm
   LineMotion photo{Motion().segments, {}, {}};
   const auto plan = PlanTransitions(photo, PositionUnit::kLineLength, 0.1);
   ASSERT_TRUE(plan);

@@ -17,7 +17,7 @@ namespace trammel::pressure_advance {
 namespace {
 
 constexpr double kLeastLeftOver = 3;
-constexpr double kGreatestInverse = 1e10;  // of the normalised normal matrix: condition squared
+constexpr double kGreatestInverse = 1e10;  // normalised normal matrix: condition squared
 
 }  // namespace
 
@@ -88,7 +88,7 @@ std::optional<LinearFit> Fit(std::span<const SeenMark> marks, double middle_x, d
   return FitLinear(design, observed);
 }
 
-// Of the play's picture the part along that of the axis' own motion.
+// Computes the backlash in the picture along the axis' own motion.
 Measured Play(const LinearFit& fit, int motion, int play) {
   const Eigen::Vector2d along = fit.value.segment<2>(motion);
   const double length = along.squaredNorm();
@@ -98,7 +98,8 @@ Measured Play(const LinearFit& fit, int motion, int play) {
   return MeasuredFrom(value, Variance(fit, gradient), 0, fit.degrees_of_freedom);
 }
 
-// Parts of picture_from_bed = -(d picture / d head) that a turned camera has, and those it has not.
+// Parts of picture_from_bed = -(d picture / d head) that a rotated camera has, and those that it
+// cannot have.
 struct Shape {
   double cosine, sine;  // scale times these
   double unlike, skew;  // scales of the axes that differ; axes that are not square
@@ -177,7 +178,7 @@ CameraScale FitCameraScale(std::span<const SeenMark> marks, double height_uncert
   if (!fault.empty()) return None(found, Measured::Refused(fault));
   const Eigen::VectorXd to_scale = (shape.cosine * to_cosine + shape.sine * to_sine) / scale;
   const Eigen::VectorXd to_turn = (shape.cosine * to_sine - shape.sine * to_cosine) / Square(scale);
-  // Two axes, each with an error of its own: half of their sum. They do not turn the picture.
+  // Two axes with independent errors: half of their sum. They do not rotate the picture.
   const double relative = Square(kAxisScaleUncertainty) / 2 + Square(height_uncertainty);
   found.px_per_mm = MeasuredFrom(scale, Variance(fit, to_scale), Square(scale) * relative,
                                  fit.degrees_of_freedom);
@@ -248,13 +249,13 @@ WidthFit FitWidths(std::span<const SeenStripe> stripes, const Perspective& persp
   return widths;
 }
 
-// The parabola's lowest point, wherever it lies.
+// Returns the parabola's minimum, wherever it is.
 std::optional<double> LowestOfParabola(const WidthFit& parabola) {
   if (!parabola.fit || !(parabola.fit->value[2] > 0)) return std::nullopt;
   return parabola.middle_mm - parabola.fit->value[1] / (2 * parabola.fit->value[2]);
 }
 
-// The cubic's lowest point. With b² < 3ac it has none.
+// Returns the cubic's minimum. With b² < 3ac it has none.
 std::optional<double> LowestOfCubic(const WidthFit& cubic) {
   if (!cubic.fit) return std::nullopt;
   const double a = cubic.fit->value[1], b = cubic.fit->value[2], c = cubic.fit->value[3];
@@ -263,8 +264,8 @@ std::optional<double> LowestOfCubic(const WidthFit& cubic) {
   return cubic.middle_mm - a / (b + std::sqrt(root));
 }
 
-// How far two other readings of the same widths put the focus from `focus_mm`: a blur that grows
-// unlike to the two sides, and only what stands near the focus, where a halo weighs otherwise. Rms
+// Computes the focus error of two other fits of the same widths from `focus_mm`: a blur that grows
+// unequally to the two sides, and only points near the focus, where a halo has another weight. Rms
 // of both.
 std::optional<double> ModelError(std::span<const SeenStripe> stripes,
                                  const Perspective& perspective, double focus_mm, double half_mm) {

@@ -1,4 +1,4 @@
-// Scale, focus and offset of the camera, from sightings of the printed mark.
+// Scale, focus and offset of the camera, from pictures of the printed mark.
 #pragma once
 
 #include <Eigen/Core>
@@ -9,10 +9,10 @@
 
 namespace trammel::pressure_advance {
 
-// Pictures taken at known places of the head: the machine's own motion is the ruler.
+// Pictures from known positions of the head: the machine's own motion is the scale.
 
-/// Commanded place of the nozzle, and the sign of the last motion of each axis before it: -1, +1,
-/// or 0 where that is not known. Places approached from both sides show the play of an axis or a
+/// Commanded position of the nozzle, and the sign of the last motion of each axis before it: -1,
+/// +1, or 0 if unknown. Positions approached from both sides show the backlash of an axis or a
 /// mount.
 struct HeadPlace {
   double x_mm = 0;
@@ -23,22 +23,22 @@ struct HeadPlace {
   int from_z = 0;
 };
 
-/// A mark that is fixed on the plate, as one picture shows it; pixel-centre origin, row down.
+/// Mark fixed on the plate, in one picture; pixel-centre origin, row down.
 struct SeenMark {
   HeadPlace head;
   double column_px = 0;
   double row_px = 0;
 };
 
-/// The laser's stripe on the bare plate, as one picture shows it.
+/// Laser stripe on the bare plate, in one picture.
 struct SeenStripe {
   HeadPlace head;
   double across_px = 0;  ///< along the stripe's normal in the picture, from the picture's middle
   double width_px = 0;   ///< 1 sigma of the stripe's profile
 };
 
-/// How the picture's scale changes with the head's height: z mm above `height_mm` it is that of
-/// `height_mm` over 1 + z · inverse_mm. 0: not at all.
+/// Change of the picture's scale with the head's height: z mm above `height_mm` it is that of
+/// `height_mm` over 1 + z · inverse_mm. 0: none.
 struct Perspective {
   double height_mm = 0;
   double inverse_mm = 0;  ///< 1 / distance from lens to plate, 1/mm
@@ -51,9 +51,10 @@ struct Perspective {
 
 /// Standard uncertainty of an axis' own scale: steps per mm and belts.
 inline constexpr double kAxisScaleUncertainty = 0.001;
-/// Rms by which a place may fail to come back; above it the mount or a belt is loose. mm.
+/// Maximum rms of the repeatability; above it the mount or a belt is loose. mm.
 inline constexpr double kMostRepeat_mm = 0.05;
-/// Difference between the two directions of approach; above it nothing can be placed to 0.05 mm.
+/// Maximum difference between the two directions of approach; above it nothing can be positioned to
+/// 0.05 mm.
 inline constexpr double kMostPlay_mm = 0.15;
 
 // Linear least squares with a covariance from the fit's own residuals.
@@ -66,22 +67,22 @@ struct LinearFit {
 };
 
 /// Fits design · value = observed with equal weights.
-/// @returns nothing where fewer than three observations are left over, or where the columns, each
-/// brought to length 1, do not determine every value (condition above 1e5: the observations do not
-/// vary in what that column stands for).
+/// @returns nothing if the redundancy is below three, or if the columns, each scaled to length 1,
+/// do not determine every value (condition above 1e5: the observations do not vary in that column's
+/// quantity).
 [[nodiscard]] std::optional<LinearFit> FitLinear(const Eigen::MatrixXd& design,
                                                  const Eigen::VectorXd& observed);
 
-/// A function's variance by its gradient over the fit's values.
+/// Propagates the fit's covariance to a function with this gradient.
 [[nodiscard]] double Variance(const LinearFit& fit, const Eigen::VectorXd& gradient);
 
-/// A value whose uncertainty is of the fit (variance `statistical`, Student's t) and of what no
-/// residual shows (variance `systematic`, taken as known: normal).
+/// Returns a value whose uncertainty combines the fit (variance `statistical`, Student's t) and
+/// causes without residuals (variance `systematic`, taken as known: normal).
 [[nodiscard]] Measured MeasuredFrom(double value, double statistical, double systematic,
                                     double degrees_of_freedom);
 
 /// Model: picture = origin + picture_from_bed · (mark - head), the columns of picture_from_bed
-/// being px per mm of x and of y. A camera above the plate that is turned counter-clockwise by r
+/// being px per mm of x and of y. A camera above the plate that is rotated counter-clockwise by r
 /// has scale · [cos r, sin r; sin r, -cos r]: the picture's rows count downwards.
 struct CameraScale {
   Measured px_per_mm;
@@ -90,30 +91,30 @@ struct CameraScale {
   Measured play_y_mm;
   double repeat_mm = 0;  ///< rms of what places and pictures leave unexplained
   /// Values: column and row of the mark with the head at `middle`; d column, d row per mm of head
-  /// motion in x, then y; play in x as pixels of column and row, then y.
+  /// motion in x, then y; backlash in x as pixels of column and row, then y.
   std::optional<LinearFit> fit;
   double middle_x_mm = 0;
   double middle_y_mm = 0;
 };
 
-/// Fits all values at once. Every Measured carries the same reason where there is none: too few
-/// places, an axis that was not moved, a mount or belt that does not repeat, more play than can be
-/// borne, a mirrored picture or an axis of the wrong sign, scales of the axes that differ.
-/// @param marks  of one mark, all at one height; places some mm apart in both axes, each approached
-///               from both sides.
-/// @param height_uncertainty  relative standard uncertainty of the scale, of the height between the
-///               plate and the bead's top at which the mark's edges are seen.
+/// Fits all values at once. If none is possible, every Measured has the same reason: too few
+/// positions, an axis that was not moved, a mount or belt that does not repeat, too much backlash,
+/// a mirrored picture or an axis of the wrong sign, scales of the axes that differ.
+/// @param marks  of one mark, all at one height; positions some mm apart in both axes, each
+///               approached from both sides.
+/// @param height_uncertainty  relative standard uncertainty of the scale, due to the height
+///               between the plate and the bead's top at which the mark's edges are seen.
 [[nodiscard]] CameraScale FitCameraScale(std::span<const SeenMark> marks,
                                          double height_uncertainty = 0);
 
-// From the nozzle to a place in the picture, by a mark that the nozzle itself printed.
+// Offset from the nozzle to a place in the picture, by a mark that the nozzle itself printed.
 
-/// The mark's place on the bed, as commanded when it was printed, and the pixel that is asked for.
+/// Mark's commanded position on the bed when it was printed, and the target pixel.
 struct OffsetQuestion {
   double mark_x_mm = 0;
   double mark_y_mm = 0;
-  double mark_uncertainty_mm = 0.01;  ///< of its middle, by its own shape; standard
-  double column_px = 0;               ///< where the laser meets the plate
+  double mark_uncertainty_mm = 0.01;  ///< mark centre, from its own shape; standard
+  double column_px = 0;               ///< laser on the plate
   double row_px = 0;
   double pixel_uncertainty_px = 0.5;  ///< standard, in either direction
 };
@@ -123,23 +124,22 @@ struct CameraOffset {
   Measured y_mm;
 };
 
-/// Solves for the head's place that brings the mark to the pixel; the mark's place less that is the
-/// offset. An error of the axes' scales cancels: marks are printed and sought with the same axes.
-/// Of the play half may be in either: it is taken as evenly spread over its width. Where the scale
-/// is not good, its reason is given.
+/// Solves for the head's position that moves the mark to the pixel; the mark's position minus that
+/// is the offset. An error of the axes' scales cancels: marks are printed and located with the same
+/// axes. Half of the backlash may be in either: modelled as uniform over its width. If the scale is
+/// not good, its reason is returned.
 [[nodiscard]] CameraOffset FindCameraOffset(const CameraScale& scale,
                                             const OffsetQuestion& question);
 
-// The height of the sharpest picture, from the stripe's width while the head rises.
+// Height of the sharpest picture, from the stripe's width while the head rises.
 
-/// Fits width² = sharpest² + (spread · (z - focus))², a parabola in z, to widths as the plate has
-/// them (width_px times what the picture has shrunk): blur adds in squares, and on the plate it
-/// grows in proportion to the distance from the focus. In pixels it does not: at 34 mm from the
-/// lens the parabola's lowest point would stand 0.6 mm too high. Where a halo or a tilted sheet
-/// bends the widths otherwise, a cubic and a parabola of the nearer heights stand elsewhere: that
-/// is part of the uncertainty. Cannot tell where the width does not bend, where those readings
-/// differ by more than half a millimetre, or where the sharpest height is not among those seen;
-/// then the reason says on which side to look.
+/// Fits width² = sharpest² + (spread · (z - focus))², a parabola in z, to widths on the plate's
+/// scale (width_px times the picture's reduction): blur adds in squares, and on the plate it grows
+/// in proportion to the distance from the focus. In pixels it does not: at 34 mm from the lens the
+/// parabola's minimum would be 0.6 mm too high. A halo or a tilted sheet shifts the minima of a
+/// cubic, and of a parabola of the nearer heights: the difference is part of the uncertainty.
+/// Cannot tell if the width has no curvature, those readings differ by more than half a millimetre,
+/// or the sharpest height is outside the heights seen; then the reason names the side to search.
 [[nodiscard]] Measured FitFocusHeight(std::span<const SeenStripe> stripes,
                                       const Perspective& perspective);
 

@@ -18,10 +18,10 @@ namespace trammel::pressure_advance {
 namespace {
 
 constexpr int kSmallest_px = 32;
-constexpr double kSearchWidth_px = 400;  // of the shrunk picture in which the square is sought
-constexpr double kSurroundings = 0.2;    // of its width: what a bead is compared with
+constexpr double kSearchWidth_px = 400;  // shrunk picture in which the square is searched
+constexpr double kSurroundings = 0.2;    // of its width: reference beside a bead
 constexpr double kLeastClear = 6;        // bead over the shrunk picture's noise
-constexpr double kLeastSide = 0.06;      // of the picture's shorter side
+constexpr double kLeastSide = 0.06;      // relative to the picture's shorter side
 
 MarkReading Fault(std::string why) {
   MarkReading reading;
@@ -29,14 +29,14 @@ MarkReading Fault(std::string why) {
   return reading;
 }
 
-// A square ring in the shrunk picture.
+// Square ring in the reduced picture.
 struct Ring {
   cv::RotatedRect box;
   double weight = 0;  // area times contrast
   bool inside = true;
 };
 
-// Pieces of a mask that fill their hull as the ring of the shape does.
+// Collects pieces of a mask that fill their hull by the same share as the shape's ring.
 void CollectRings(const cv::Mat& mask, const cv::Mat& contrast, const MarkShape& shape,
                   std::vector<Ring>& rings) {
   std::vector<std::vector<cv::Point>> outlines;
@@ -111,7 +111,7 @@ Found FindRing(const cv::Mat& gray, const MarkShape& shape) {
   return found;
 }
 
-// Why a picture without a mark shows none.
+// Explains why a picture shows no mark.
 MarkReading NothingThere(const cv::Mat& gray, double clear) {
   std::vector<double> levels;
   for (int y = 0; y < gray.rows; y += 4) {
@@ -143,7 +143,7 @@ MarkReading NothingThere(const cv::Mat& gray, double clear) {
 using vision::PointPx;
 
 constexpr int kSections = 40;
-constexpr double kEnds = 0.15;       // of a side: the corners' round beads
+constexpr double kEnds = 0.15;       // of a side: rounded corners
 constexpr double kHalfWindow = 1.5;  // beads to either side of the guess
 constexpr int kPasses = 3;
 
@@ -158,16 +158,16 @@ double At(const vision::GrayImage& image, double x, double y) {
          ty * ((1 - tx) * lower[0] + tx * lower[1]);
 }
 
-// A side, its sections' middles measured from the line between two corners.
+// Side of the ring, with its sections' middles relative to the line between two corners.
 struct Side {
   PointPx from, along, normal;  // unit vectors
   double length = 0;
-  double offset = 0, slope = 0;  // of the centre line: distance along the normal over place
-  double sigma = 0;              // of its middle
+  double offset = 0, slope = 0;  // of the centre line: distance along the normal by position
+  double sigma = 0;              // at its middle
   double contrast = 0;
 };
 
-// The bead's middle in one section, and how much bead there is in it.
+// Middle of the bead in one section, and the amount of bead there.
 struct Section {
   double middle = 0, mass = 0;
 };
@@ -188,7 +188,7 @@ Section Cut(const vision::GrayImage& image, const Side& side, double place, doub
     distance.push_back(d);
     level.push_back((darker ? -1 : 1) * sum / count);
   }
-  // The plate to both sides: a straight line between the means of the outer sixths.
+  // Subtracts the plate on both sides: a straight line between the means of the outer sixths.
   const std::size_t sixth = std::max<std::size_t>(1, level.size() / 6);
   const auto count = static_cast<double>(sixth);
   double low = 0, high = 0;
@@ -248,7 +248,7 @@ bool PlaceSide(const vision::GrayImage& image, const SquareGuess& guess, Side& s
     const double off = y[i] - side.offset - side.slope * x[i];
     if (std::abs(off) <= reach) left.push_back(off);
   }
-  // Neighbouring sections share the bead's own waviness: a fourth as many count.
+  // Neighbouring sections share the bead's own waviness: a quarter of them count.
   side.sigma = StandardDeviation(left) / std::sqrt(std::max(1.0, n / 4));
   side.contrast = typical / (2 * kHalfWindow * guess.bead_px / 0.5) * 2 * kHalfWindow;
   return true;
@@ -263,7 +263,7 @@ Side Between(const PointPx& from, const PointPx& to) {
   return side;
 }
 
-// The centre line as a point and a direction.
+// Centre line as a point and a direction.
 struct Line {
   PointPx point, along;
 };
@@ -326,8 +326,8 @@ MarkReading PlaceSides(const vision::GrayImage& image, const SquareGuess& guess)
   reading.darker = guess.darker;
   reading.corners = corners;
   if (!reading.fault.empty()) return reading;
-  // The corners' mean: half the scatter of where the diagonals cross, and at 3 degrees of slant
-  // 0.01 mm beside it.
+  // Mean of the corners: half the scatter of the diagonals' intersection, with a bias of 0.01 mm at
+  // 3 degrees of tilt.
   for (const PointPx& corner : corners) {
     reading.column_px += corner.x / 4;
     reading.row_px += corner.y / 4;
@@ -367,7 +367,7 @@ MarkReading ReadMark(const BgrView& frame, const MarkShape& shape) {
   const double outer = 0.5 * (ring.box.size.width + ring.box.size.height) / found.scale;
   const double bead_px = outer * shape.bead_mm / (shape.side_mm + shape.bead_mm);
   SquareGuess guess{{}, bead_px, found.darker};
-  for (std::size_t i = 0; i < 4; ++i) {  // from the outer edge to the centre line
+  for (std::size_t i = 0; i < 4; ++i) {  // outer edge to centre line
     const double inward = 1 - bead_px / outer;
     const double x = ring.box.center.x + inward * (points[i].x - ring.box.center.x);
     const double y = ring.box.center.y + inward * (points[i].y - ring.box.center.y);

@@ -51,7 +51,7 @@ class Writer {
     out_ += text;
     if (!text.empty() && text.back() != '\n') out_ += '\n';
   }
-  // Lifts, goes there with the filament drawn back, and comes down.
+  // Lifts, moves there retracted, and lowers.
   void Travel(double from_x, double from_y, double x, double y) {
     Filament(-config_.retract_length_mm);
     Height(config_.layer_height_mm + config_.z_hop_mm);

@@ -65,7 +65,7 @@ TEST(PrintedMark, LaysFourSidesRoundItsMiddleAndARunIn) {
     if (!motion.lays()) continue;
     const double length = std::hypot(motion.to.x - motion.from.x, motion.to.y - motion.from.y);
     laid_mm += length;
-    constexpr double kArea_mm2 = 0.1104, kFilament_mm2 = 2.4053;  // of the paper's bead, 1.75 mm
+    constexpr double kArea_mm2 = 0.1104, kFilament_mm2 = 2.4053;  // paper's bead, 1.75 mm filament
     EXPECT_NEAR((motion.to.e - motion.from.e) / length, kArea_mm2 / kFilament_mm2, 1e-4);
     if (std::abs(motion.from.y - plan.run_in_y_mm) < 1e-9) continue;
     square_mm += length;

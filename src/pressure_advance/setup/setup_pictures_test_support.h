@@ -1,5 +1,5 @@
-// For tests: pictures of a printed square and of a laser stripe. Drawn from distances and areas, by
-// nothing that the readers use.
+// Test pictures of a printed square and of a laser stripe. Drawn from distances and areas,
+// independent of the readers' code.
 #pragma once
 
 #include <algorithm>
@@ -22,7 +22,7 @@ inline double Below(double t) { return 0.5 * std::erfc(-t / std::sqrt(2.0)); }
 struct MarkPicture {
   int width = 640;
   int height = 360;
-  double column_px = 330;  // of the square's middle
+  double column_px = 330;  // square's centre
   double row_px = 175;
   double px_per_mm = 20;
   double turn_rad = 0;  // clockwise as seen
@@ -32,9 +32,9 @@ struct MarkPicture {
   double bead = 10;
   double blur_px = 1.5;
   double noise = 0;        // grey levels, per pixel and channel
-  double grain = 0;        // of the plate's texture: grey levels, cells of 3 px
+  double grain = 0;        // plate texture: grey levels, cells of 3 px
   double waviness_mm = 0;  // 1 sigma by which pieces of 0.5 mm of bead stand off
-  double slope = 0;        // of the light: grey levels from left to right
+  double slope = 0;        // illumination: grey levels from left to right
   double longer = 1;       // factor on one of the square's directions
   double gap_mm = 0;       // left out of the middle of one side
 

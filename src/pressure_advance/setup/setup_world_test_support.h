@@ -1,5 +1,5 @@
-// For tests: a pinhole camera and a laser on a head with play, above a plate. Shares no code with
-// the estimators: it projects points, they fit lines.
+// Test world: a pinhole camera and a laser on a head with backlash, above a plate. Shares no code
+// with the estimators: it projects points, they fit lines.
 #pragma once
 
 #include <algorithm>
@@ -19,10 +19,10 @@ struct SetupWorld {
   double turn_rad = 0;    // counter-clockwise from above
   double laser_angle_rad = 45 * kRad;
   double focus_mm = 17.86;
-  double distance_mm = 55;  // from lens to plate at the focus height
+  double distance_mm = 55;  // lens to plate, at the focus height
   double axis_x_mm = 28;    // nozzle to the foot of the optical axis
   double axis_y_mm = 50.2;
-  double spot_mm = 5.5;  // of the stripe from that foot, along the camera's own x
+  double spot_mm = 5.5;  // stripe from that foot, along the camera's own x
   double play_x_mm = 0;
   double play_y_mm = 0;
   double play_z_mm = 0;
@@ -30,13 +30,11 @@ struct SetupWorld {
   double noise_px = 0;   // 1 sigma of a mark's or a stripe's place
   double mark_x_mm = 150;
   double mark_y_mm = 150;
-  double axis_error[3] = {0, 0, 0};  // of x, y, z: true motion over commanded, less 1
-  double principal_px =
-      0;              // of the optical axis from the picture's middle, along the stripe's normal
-  double mirror = 1;  // -1: the picture's columns are reversed
-  double skew = 0;    // of the stripe's width, relative, for each mm away from the focus
-  double halo =
-      0;  // of the stripe's width at its sharpest, that no height makes narrower, relative
+  double axis_error[3] = {0, 0, 0};  // per axis x, y, z: true motion over commanded, less 1
+  double principal_px = 0;  // optical axis from the picture's middle, along the stripe's normal
+  double mirror = 1;        // -1: the picture's columns are reversed
+  double skew = 0;          // stripe width per mm from focus, relative
+  double halo = 0;          // stripe width at best focus, independent of height, relative
 
   [[nodiscard]] double Scale(double z_mm) const {
     return px_per_mm * distance_mm / (distance_mm + z_mm - focus_mm);

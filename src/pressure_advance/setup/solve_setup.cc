@@ -26,14 +26,14 @@ std::vector<SeenStripe> Sound(std::span<const PlacedStripe> stripes) {
   return sound;
 }
 
-// The fault that most pictures share.
+// Returns the fault of most pictures.
 std::string CommonestFault(std::span<const PlacedStripe> stripes) {
   std::map<std::string, int> count;
   std::string commonest = "the stripe was not looked at";
   int most = 0;
   for (const PlacedStripe& stripe : stripes) {
     const std::string& fault = stripe.reading.fault;
-    const std::string kind = fault.substr(0, fault.find('('));  // without the figures
+    const std::string kind = fault.substr(0, fault.find('('));  // figures removed
     if (fault.empty() || ++count[kind] <= most) continue;
     most = count[kind], commonest = fault;
   }
@@ -49,7 +49,7 @@ Perspective PerspectiveOf(const std::vector<SeenStripe>& sound) {
   return way.perspective.value_or(Perspective{});
 }
 
-// Of the mark's scale, relative: its edges are seen somewhere between the plate and the beads' top.
+// Computes the mark's relative error in scale: its edges are between the plate and the beads' top.
 double MarkHeightUncertainty(const std::vector<SeenStripe>& sound, double layer_height_mm) {
   const double inverse_mm = sound.empty() ? 0 : PerspectiveOf(sound).inverse_mm;
   return std::abs(inverse_mm) * layer_height_mm / std::sqrt(3.0);
@@ -74,11 +74,11 @@ Measured ScanAngle(const StripeHeight& height, const Measured& px_per_mm) {
   const double gain = tangent / (1 + Square(tangent));  // d angle / d ln tangent
   const double variance = Square(gain) * (Square(shift.standard_uncertainty / shift.value) +
                                           Square(scale.standard_uncertainty / scale.value));
-  constexpr double kKnown = 1;  // of the parts' own degrees of freedom nothing is left to add
+  constexpr double kKnown = 1;  // the parts' degrees of freedom already cover it
   return MeasuredFrom(std::atan(tangent), 0, variance, kKnown);
 }
 
-// The stripe's direction on the bed, from +y.
+// Returns the stripe's direction on the bed, from +y.
 Measured LaserTurn(std::span<const PlacedStripe> stripes, const Measured& rotation_rad) {
   if (!rotation_rad.good()) return rotation_rad;
   std::vector<double> slopes;
@@ -89,7 +89,7 @@ Measured LaserTurn(std::span<const PlacedStripe> stripes, const Measured& rotati
     down = stripe.reading.down;
   }
   if (slopes.size() < 3) return Measured::CannotTell("too few pictures of the stripe");
-  // Down the picture the lean is counter-clockwise from +y, as rows count downwards; across it,
+  // Down the picture the tilt is counter-clockwise from +y, as rows count downwards; across it,
   // clockwise from +x.
   const double lean =
       down ? std::atan(Mean(slopes)) : -std::atan(Mean(slopes)) - std::numbers::pi / 2;
@@ -101,8 +101,8 @@ Measured LaserTurn(std::span<const PlacedStripe> stripes, const Measured& rotati
                       Square(rotation_rad.quantity().standard_uncertainty), count - 1);
 }
 
-// Room for a bead and for the largest swell that a scan reads: the same reach as a crop that is
-// found from frames.
+// Returns a crop with room for a bead and for the largest swell that a scan reads: the same reach
+// as a crop found in frames.
 std::optional<PixelRect> CropAround(const SetupResult& result, const SetupObservations& seen,
                                     double slope, double stripe_sigma_px) {
   if (!result.scale.px_per_mm.good() || !result.height.px_per_height_mm.good()) return {};
@@ -131,7 +131,7 @@ std::optional<PixelRect> CropAround(const SetupResult& result, const SetupObserv
   return PixelRect{x, y, w, h};
 }
 
-// The spot, and its uncertainty along the stripe's normal.
+// Computes the spot, and returns its uncertainty along the stripe's normal.
 double PlaceSpot(const SetupObservations& seen, bool down, double slope, SetupResult& result) {
   const double middle_x = 0.5 * (seen.picture.width_px - 1);
   const double middle_y = 0.5 * (seen.picture.height_px - 1);
@@ -252,7 +252,7 @@ constexpr double kFullScale = 255;
 
 std::string OnExposure(const Exposure& exposure) {
   constexpr double kFaint = 60;     // three times the least that is read
-  constexpr double kBright = 0.15;  // of the width: a peak that is just cut off
+  constexpr double kBright = 0.15;  // of the width: a peak just clipped
   const std::string figures = fmt::format(
       "the stripe stands {:.0f} of {:.0f} levels over the plate, {:.1f} of its {:.1f} "
       "px at half height are at full scale",

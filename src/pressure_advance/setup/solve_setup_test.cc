@@ -74,7 +74,7 @@ TEST(SolveSetup, PlacesTheSpotSoThatTheHeadComesThere) {
   world.turn_rad = -3 * kRad;
   const SetupResult result = SolveSetup(Look(world));
   ASSERT_EQ(result.verdict(), Verdict::kGood) << result.reason();
-  // With the head moved by the offset the mark stands at the spot.
+  // With the head moved by the offset, the mark is at the spot.
   Random random(1);
   world.noise_px = world.repeat_mm = 0;
   const SeenMark mark =
@@ -139,7 +139,7 @@ Found Measure(const SetupWorld& world, std::uint64_t seed) {
   return found;
 }
 
-double PxPerHeight(const SetupWorld& world) {  // of the pinhole, by a small difference
+double PxPerHeight(const SetupWorld& world) {  // pinhole's, by a small difference
   constexpr double kStep_mm = 1e-4;
   const auto at = [&world](double z) {
     return world.Scale(world.focus_mm + z) * (world.spot_mm - std::tan(world.laser_angle_rad) * z);
@@ -163,7 +163,7 @@ struct Tally {
   }
 };
 
-// What a mounted camera is off by: 3 degrees, 4 mm, 1 mm of focus, 10 % of scale, and more beyond.
+// Draws errors of a mounted camera: 3 degrees, 4 mm, 1 mm of focus, 10 % of scale, and more beyond.
 SetupWorld Draw(std::uint64_t seed, double factor) {
   Random random(seed);
   SetupWorld world = Usual();
@@ -174,7 +174,7 @@ SetupWorld Draw(std::uint64_t seed, double factor) {
   world.px_per_mm *= 1 + factor * random.Uniform(-0.1, 0.1);
   world.laser_angle_rad += factor * random.Uniform(-3, 3) * kRad;
   constexpr double kAxis = 0.001;      // as kAxisScaleUncertainty
-  constexpr double kPrincipal_px = 8;  // as FitStripeHeight takes it
+  constexpr double kPrincipal_px = 8;  // like FitStripeHeight
   for (double& error : world.axis_error) error = kAxis * random.Normal();
   world.principal_px = kPrincipal_px * random.Normal();
   return world;

@@ -21,7 +21,7 @@ namespace trammel::pressure_advance {
 namespace {
 
 constexpr int kValues = 4;
-// Of a cheap camera's optical axis from the picture's middle: about 1 % of its width.
+// Distance of a cheap camera's optical axis from the picture's middle: about 1 % of its width.
 constexpr double kPrincipalPoint_px = 8;
 constexpr double kLeastAngle_rad = 10 * std::numbers::pi / 180;
 
@@ -153,7 +153,7 @@ struct Gaussian {
   bool sound = false;
 };
 
-// Gauss-Newton from the guess; every other step is halved where it would leave the window.
+// Fits by Gauss-Newton from the guess; a step that would leave the window is halved.
 Gaussian FitGaussian(const Bins& bins, double guess_px) {
   std::vector<double> x, y;
   for (std::size_t i = 0; i < bins.sum.size(); ++i) {
@@ -195,7 +195,7 @@ Gaussian FitGaussian(const Bins& bins, double guess_px) {
   return fit;
 }
 
-// Columns at full scale around the stripe, in each row.
+// Returns the saturated columns around the stripe, in each row.
 double SaturatedPx(const BgrView& frame, double offset, double slope, double reach_px) {
   constexpr int kFullScale = 250;
   std::vector<double> widths;
@@ -260,9 +260,9 @@ StripeProfile MeasureProfile(const BgrView& frame, const vision::StripeModel& mo
 }
 
 constexpr int kSmallest_px = 32;
-constexpr int kLearningRows = 120;    // from which the stripe's looks are learnt
+constexpr int kLearningRows = 120;    // to learn the stripe's appearance
 constexpr double kLeastContrast = 3;  // the best path through pure noise reaches 2
-constexpr double kLeastSeen = 0.5;    // of the rows
+constexpr double kLeastSeen = 0.5;    // share of rows
 constexpr double kLeastPeak = 20;     // grey levels; below, JPEG's quantisation shapes the profile
 constexpr double kStraight = 1.5;     // stripe sigmas that rows may stand off, in the median
 
@@ -287,7 +287,7 @@ vision::StripeModel Learn(const BgrView& frame, vision::LaserLineWorkspace& work
   return vision::LearnStripe({&thinned, 1}, kLine, workspace);
 }
 
-// Rows with a stripe, from the picture's middle, and the columns there.
+// Rows with a stripe, from the picture's centre, and the columns there.
 struct Centres {
   std::vector<double> row;
   std::vector<double> column;

@@ -1,4 +1,4 @@
-// The laser's stripe on the bare plate, as one picture shows it.
+// Laser stripe on the bare plate, in one picture.
 #pragma once
 
 #include <optional>
@@ -15,36 +15,36 @@ namespace trammel::pressure_advance {
 // Height per pixel and the laser's angle, from the stripe on the bare plate while the head rises.
 
 struct StripeHeight {
-  /// By which the stripe shifts per millimetre that the head rises, at the height asked for: a bead
-  /// of that height shifts it as far the other way. Positive along the stripe's normal.
+  /// Shift of the stripe per millimetre of the head's rise, at the requested height: a bead of that
+  /// height shifts it as far the other way. Positive along the stripe's normal.
   Measured px_per_height_mm;
-  /// Between the laser's plane and the vertical, apart from what the picture's own change of scale
-  /// with height adds.
+  /// Angle between the laser's plane and the vertical, without the contribution of the picture's
+  /// change of scale with height.
   Measured laser_angle_rad;
   Measured play_z_mm;
   double repeat_mm = 0;  ///< of height, rms
-  /// Of the picture, by the bend of the stripe's way; absent where the pictures do not determine
-  /// it.
+  /// Perspective from the stripe path's curvature; absent if the pictures do not determine it.
   std::optional<Perspective> perspective;
-  /// Where the stripe stands at the height asked for, along its normal from the picture's middle.
+  /// Position of the stripe at the requested height, along its normal from the picture's middle.
   double across_px = 0;
   double across_uncertainty_px = 0;
 };
 
-/// Model of a pinhole above a plane, z from the height asked for:
+/// Models a pinhole above a plane, z from the given height:
 ///   across · (1 + z / distance) = scale · (x0 + z · tan angle),
-/// linear in scale·x0, scale·tan and 1/distance, which the path's bend tells.
+/// linear in scale·x0, scale·tan and 1/distance, which the path's curvature determines.
 /// @param stripes    at heights on both sides of `height_mm`, some reached from above, some from
 ///                   below
 /// @param px_per_mm  at that height
 [[nodiscard]] StripeHeight FitStripeHeight(std::span<const SeenStripe> stripes, double height_mm,
                                            const Measured& px_per_mm);
 
-/// Where a stripe stands and how it looks. Positions and sigmas exist only without a fault.
+/// Position and appearance of a stripe. Positions and sigmas exist only without a fault.
 struct StripeReading {
-  std::string fault;  ///< why the stripe cannot be measured, with its figure and what to do
+  std::string fault;  ///< why the stripe cannot be measured, with figure and remedy
   bool down = true;   ///< runs down the picture rather than across it
-  /// Along the stripe's normal (towards larger columns, or rows), from the picture's middle.
+  /// Distance along the stripe's normal (towards larger columns, or rows), from the picture's
+  /// centre.
   double across_px = 0;
   double slope = 0;         ///< columns per row (rows per column)
   double width_px = 0;      ///< 1 sigma of the stripe's profile along its normal
@@ -53,7 +53,7 @@ struct StripeReading {
   double saturated_px = 0;  ///< along the normal, in the typical row: width at full scale
 };
 
-/// Whether a bright line runs down the picture or across it.
+/// True if a bright line runs down the picture, not across it.
 [[nodiscard]] bool StripeRunsDown(const BgrView& frame);
 
 /// Reads the one laser stripe that goes through a picture from side to side.

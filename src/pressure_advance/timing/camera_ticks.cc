@@ -15,14 +15,14 @@ namespace {
 
 constexpr double kInfinite = std::numeric_limits<double>::infinity();
 constexpr std::size_t kStates = 16;      ///< ticks considered per frame: delays up to 16 periods
-constexpr double kEarly_s = 0.002;       ///< how early a frame may seem, 1 sigma
-constexpr double kLeastScale_s = 0.002;  ///< of delays
+constexpr double kEarly_s = 0.002;       ///< apparent earliness of a frame, 1 sigma
+constexpr double kLeastScale_s = 0.002;  ///< scale of delays
 constexpr double kLineQuantile = 0.1;
 constexpr double kDropCost = 5;  ///< nats: one frame in 150 is lost
 
 using Row = std::array<double, kStates>;
 
-/// The dynamic program's view: frame i may belong to tick top[i] - state.
+/// Dynamic program: frame i may belong to tick top[i] - state.
 struct Trellis {
   std::vector<long> top;
   std::vector<Row> cost;
@@ -46,13 +46,13 @@ Trellis Unfold(std::span<const double> arrival_s, double origin_s, double period
   return trellis;
 }
 
-/// Cheapest way to each state of each frame from the first one on, the state included.
+/// Returns the minimum cost from the first frame to each state of each frame, the state included.
 std::vector<Row> Forward(const Trellis& trellis) {
   std::vector<Row> total(trellis.cost.size());
   total[0] = trellis.cost[0];
   for (std::size_t i = 1; i < total.size(); ++i) {
     // States run from late ticks to early ones; a predecessor has an earlier tick. From early to
-    // late, the cheapest predecessor so far only grows dearer by a loss per tick.
+    // late, the minimum over predecessors so far only grows by a loss per tick.
     const long before_top = trellis.top[i - 1];
     double best = kInfinite;                                  // for the tick below the current one
     long next = before_top - static_cast<long>(kStates) + 1;  // earliest tick not yet offered
@@ -72,7 +72,7 @@ std::vector<Row> Forward(const Trellis& trellis) {
   return total;
 }
 
-/// Cheapest way from each state of each frame to the last one, the state excluded.
+/// Returns the minimum cost from each state of each frame to the last one, the state excluded.
 std::vector<Row> Backward(const Trellis& trellis) {
   std::vector<Row> total(trellis.cost.size(), Row{});
   for (std::size_t i = total.size() - 1; i-- > 0;) {
@@ -94,7 +94,7 @@ std::vector<Row> Backward(const Trellis& trellis) {
   return total;
 }
 
-/// The cheapest ticks; returns their cost.
+/// Assigns the ticks of minimum cost, which it returns.
 double Assign(const Trellis& trellis, std::vector<long>& tick, std::vector<bool>& certain) {
   const std::vector<Row> forward = Forward(trellis);
   const std::vector<Row> backward = Backward(trellis);
@@ -121,7 +121,7 @@ double Assign(const Trellis& trellis, std::vector<long>& tick, std::vector<bool>
     certain[i] = second - best > kCertain;
     cost = best;
   }
-  // Equally cheap ways may cross; the ticks must still rise.
+  // Equally cheap paths may cross; the ticks must still rise.
   for (std::size_t i = 1; i < count; ++i) tick[i] = std::max(tick[i], tick[i - 1] + 1);
   return cost;
 }
@@ -131,8 +131,8 @@ struct Line {
   double period_s = 0;
 };
 
-/// The line that has a tenth of the arrivals below it (iteratively reweighted least squares on the
-/// pinball loss). A fixed period leaves only the origin.
+/// Fits the line with a tenth of the arrivals below it (iteratively reweighted least squares on the
+/// pinball loss). With a fixed period only the origin is fitted.
 Line QuantileLine(std::span<const double> arrival_s, const std::vector<long>& tick, Line line,
                   bool fixed_period) {
   std::vector<double> left(arrival_s.size());
@@ -177,7 +177,7 @@ void Describe(std::span<const double> arrival_s, const Line& line, TickFit& fit)
   const double least = Quantile(fit.delay_s, 0.01);
   fit.typical_delay_s = Median(fit.delay_s) - least;
   // Standard deviation of a sample quantile: sqrt(q (1 - q) / n) over the density there;
-  // neighbouring delays go together, so that about half of the frames count.
+  // neighbouring delays are correlated, so that about half of the frames count.
   const double count = 0.5 * static_cast<double>(arrival_s.size());
   const double inverse_density =
       (Quantile(fit.delay_s, 0.2) - Quantile(fit.delay_s, 0.02)) / (0.2 - 0.02);
@@ -196,11 +196,11 @@ void Describe(std::span<const double> arrival_s, const Line& line, TickFit& fit)
   fit.lost = static_cast<std::size_t>(fit.tick.back() - fit.tick.front() + 1) - arrival_s.size();
 }
 
-/// Alternates ticks and line from a first guess; the cost tells guesses apart.
+/// Alternates ticks and line from a first guess; returns the cost, which ranks guesses.
 double Refine(std::span<const double> arrival_s, Line line, bool fixed_period, TickFit& fit) {
   double scale_s = std::max(kLeastScale_s, 0.5 * line.period_s);
   double cost = kInfinite;
-  double early_s = 0;  // of the earliest deliveries against the line
+  double early_s = 0;  // earliest deliveries relative to the line
   for (int round = 0; round < 4; ++round) {
     const Trellis trellis = Unfold(arrival_s, line.origin_s + early_s, line.period_s, scale_s);
     cost = Assign(trellis, fit.tick, fit.certain);
@@ -213,8 +213,8 @@ double Refine(std::span<const double> arrival_s, Line line, bool fixed_period, T
   return cost;
 }
 
-/// The line below all arrivals that is nearest to them when no frame was lost: the edge of the
-/// lower convex hull over the middle frame.
+/// Returns the line below all arrivals that is nearest to them if no frame was lost: the edge of
+/// the lower convex hull over the middle frame.
 Line HullLine(std::span<const double> arrival_s) {
   std::vector<std::size_t> hull;
   const auto slope = [&](std::size_t a, std::size_t b) {
@@ -248,9 +248,9 @@ std::vector<double> Periods(std::span<const double> arrival_s, double nominal_pe
   return periods;
 }
 
-/// The period near `period_s` at which the times fall on whole ticks best.
+/// Returns the period near `period_s` at which the times best match whole ticks.
 double CoherentPeriod(const std::vector<double>& time_s, double period_s) {
-  constexpr double kReach = 1.5e-3;  // what the sweeps' own fits may be off; an alias is 4e-3 away
+  constexpr double kReach = 1.5e-3;  // error of the sweeps' own fits; an alias is 4e-3 away
   constexpr double kStep = 1e-5;
   double best = period_s;
   double most = -1;
@@ -271,8 +271,8 @@ double CoherentPeriod(const std::vector<double>& time_s, double period_s) {
   return best;
 }
 
-/// Numbers the ticks of all sweeps through, from fits that share a period; false where a sweep's
-/// ticks do not continue those before it.
+/// Numbers the ticks of all sweeps consecutively, from fits with a common period; false if a
+/// sweep's ticks do not continue those before it.
 bool Chain(std::vector<TickFit>& fits, Line& line) {
   std::vector<double> time_s;
   for (const TickFit& fit : fits) {
@@ -295,7 +295,7 @@ bool Chain(std::vector<TickFit>& fits, Line& line) {
   return true;
 }
 
-/// One line through all sweeps; their ticks are assigned anew along it.
+/// Fits one line through all sweeps; their ticks are reassigned along it.
 bool FitOneLine(std::span<const std::vector<double>> arrivals, std::vector<TickFit>& fits) {
   Line line;
   if (!Chain(fits, line)) return false;
@@ -320,7 +320,7 @@ bool FitOneLine(std::span<const std::vector<double>> arrivals, std::vector<TickF
   for (std::size_t i = 0; i < fits.size(); ++i) {
     TickFit own = fits[i];
     Describe(arrivals[i], line, own);
-    // A sweep whose earliest frames lie elsewhere does not continue the others' ticks.
+    // A sweep whose earliest frames deviate does not continue the others' ticks.
     constexpr double kSure = 5;
     const double away_s = Quantile(own.delay_s, kLineQuantile);
     if (std::abs(away_s) > kSure * own.origin_sigma_s + 0.002) return false;

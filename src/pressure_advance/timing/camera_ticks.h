@@ -1,4 +1,4 @@
-// The regular clock of a camera behind irregular deliveries.
+// Regular clock of a camera with irregular deliveries.
 #pragma once
 
 #include <cstddef>
@@ -8,17 +8,17 @@
 
 namespace trammel::pressure_advance {
 
-/// Which tick of its camera each frame belongs to: its time is origin_s + period_s · tick, where 0
-/// is the earliest that a frame arrives after it was taken.
+/// Camera tick of each frame: its time is origin_s + period_s · tick, where 0 is the earliest
+/// arrival of a frame after its capture.
 struct TickFit {
   double origin_s = 0;
   double period_s = 0;
-  double origin_sigma_s = 0;  ///< of the time of a frame in the middle
+  double origin_sigma_s = 0;  ///< for the time of a middle frame
   double period_sigma_s = 0;
   std::vector<long> tick;       ///< per frame, increasing
   std::vector<bool> certain;    ///< per frame
   std::vector<double> delay_s;  ///< per frame: arrival - its tick's time; a few are below 0
-  double unevenness_s = 0;      ///< how far the earliest deliveries stray from the line
+  double unevenness_s = 0;      ///< scatter of the earliest deliveries about the line
   double typical_delay_s = 0;   ///< median delay
   std::size_t lost = 0;
 
@@ -37,14 +37,14 @@ struct TickFit {
 [[nodiscard]] TickFit FitTicks(std::span<const double> arrival_s, double nominal_period_s,
                                double period_s = 0);
 
-/// The sweeps of one session, whose camera ran through: one line for all of them, which ten sweeps
-/// tell much better than each for itself. Where they do not fit one line (a camera that was
-/// restarted), each has its own origin and all have the median of their periods.
+/// Fits one line to the sweeps of one session with a continuously running camera: ten sweeps
+/// determine it much better than each alone. If they do not fit one line (a restarted camera), each
+/// has its own origin and all have the median of their periods.
 /// @param arrivals  per sweep, in order of time; each as for FitTicks().
 [[nodiscard]] std::vector<TickFit> FitSessionTicks(std::span<const std::vector<double>> arrivals,
                                                    double nominal_period_s);
 
-/// One sweep whose ticks are known from the camera's own count.
+/// Fits one sweep whose ticks are the camera's own count.
 /// @param tick  per frame, increasing.
 [[nodiscard]] TickFit FitKnownTicks(std::span<const double> arrival_s, std::vector<long> tick);
 

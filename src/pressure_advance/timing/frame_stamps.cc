@@ -14,11 +14,11 @@
 namespace trammel::pressure_advance {
 namespace {
 
-// A camera's server on a quiet network was seen to vary by half of it.
+// Twice the variation observed from a camera server on a quiet network.
 constexpr double kUsuallyLate_s = 0.1;
 constexpr double kUsuallyLost = 0.1;
 
-// Of the times at which frames followed each other, those that no frame was lost in.
+// Estimates the period from the intervals between frames without a loss.
 double SinglePeriod(const std::vector<double>& steps, double nominal_s) {
   const double short_s = Quantile(steps, 0.2);
   constexpr double kAsAsked = 0.7;
@@ -73,16 +73,16 @@ std::string NameBusyComputer(const Lateness& lateness) {
 
 namespace {
 
-constexpr double kStampSigma_s = 5e-4;  ///< of a capture time: the kernel's wake-up
+constexpr double kStampSigma_s = 5e-4;  ///< per capture time: the kernel's wake-up
 constexpr double kMostBadShare = 0.1;
 
-/// Whether some interval between stamps is no multiple of the camera's period: its clock was set,
-/// or it has no period.
+/// True if an interval between stamps is no multiple of the camera's period: its clock was set, or
+/// it has no period.
 bool BreaksRhythm(const std::vector<double>& stamps) {
   std::vector<double> steps;
   for (std::size_t i = 1; i < stamps.size(); ++i) steps.push_back(stamps[i] - stamps[i - 1]);
-  // The mean of the single steps: a median of stamps cut to milliseconds is too coarse for gaps,
-  // and lies beside them where most frames were lost.
+  // Mean of the single steps: a median of stamps rounded to milliseconds is too coarse for gaps,
+  // and biased if most frames were lost.
   const double about_s = Quantile(steps, 0.1);
   std::vector<double> single;
   for (const double step : steps) {
@@ -97,7 +97,7 @@ bool BreaksRhythm(const std::vector<double>& stamps) {
   return *std::max_element(away.begin(), away.end()) > kGrain_s + 6 * Median(away);
 }
 
-/// Whether all values before some place lie apart from all values behind it.
+/// True if all values before some place are apart from all values behind it.
 bool Steps(const std::vector<double>& values, double by) {
   for (std::size_t at = 1; at < values.size(); ++at) {
     const auto middle = values.begin() + static_cast<std::ptrdiff_t>(at);
@@ -108,7 +108,7 @@ bool Steps(const std::vector<double>& values, double by) {
   return false;
 }
 
-/// Why a sweep's capture times cannot be used; empty where they can.
+/// Returns why a sweep's capture times are unusable; else empty.
 /// @param our_clock  they are known to be on a clock of ours, which nobody sets.
 std::string CaptureFault(const SweepObservation& sweep, bool our_clock) {
   std::size_t bad = 0;
@@ -128,8 +128,8 @@ std::string CaptureFault(const SweepObservation& sweep, bool our_clock) {
     return fmt::format("{} of {} frames have no capture time or one that is not after the others'",
                        bad, sweep.frames.size());
   }
-  // A clock that was set moves all later delays, and hardly by whole periods; what a busy host or
-  // network adds comes and goes, and leaves the capture times' rhythm alone.
+  // A clock that was set shifts all later delays, and hardly by whole periods. Delays of a busy
+  // host or network are temporary, and do not affect the capture times' rhythm.
   const std::size_t window = std::max<std::size_t>(10, delay.size() / 10);
   std::vector<double> lowest;
   std::vector<double> local;
@@ -149,9 +149,8 @@ std::string CaptureFault(const SweepObservation& sweep, bool our_clock) {
   return {};
 }
 
-/// By how much each frame was stamped later than the others: a server that is kept from its
-/// processor, and stamps frames when it fetches them. Empty where the stamps show no rhythm (an
-/// exposure that varies), so that nothing can be said.
+/// Computes each frame's stamp delay: a server without processor time stamps frames when it fetches
+/// them. Empty if the stamps show no rhythm (an exposure that varies), so that no delay is known.
 std::vector<double> StampedLate(const std::vector<double>& stamps, double nominal_period_s) {
   constexpr double kUneven_s = 0.006;
   constexpr double kMostLost = 0.5;
@@ -199,8 +198,8 @@ Result<void> MarkStampedLate(const SweepObservation& sweep, std::size_t number,
       ErrorKind::kMeasurement);
 }
 
-/// The tenth-lowest delay and its standard error: near the least, but not at the mercy of one
-/// frame.
+/// Returns the tenth-lowest delay and its standard error: near the minimum, but not dependent on
+/// one frame.
 std::pair<double, double> LowDelay(const std::vector<double>& delay) {
   constexpr double kQuantile = 0.1;
   constexpr double kLeastSigma_s = 2e-4;

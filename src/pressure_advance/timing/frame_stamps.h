@@ -1,4 +1,4 @@
-// Reads the frames' time stamps, and how late frames come.
+// Reads the frames' time stamps and their lateness.
 #pragma once
 
 #include <cstddef>
@@ -17,16 +17,17 @@ struct Lateness {
   std::size_t lost = 0;  ///< frames that the camera should have taken between them
 };
 
-/// Measures it from capture times where all frames have them, else from the gaps between arrivals.
-/// @param nominal_frames_per_s  > 0; what the camera was asked for: a camera that takes fewer all
-///                              the time loses none.
+/// Measures lateness from capture times if all frames have them, else from the gaps between
+/// arrivals.
+/// @param nominal_frames_per_s  > 0; the requested rate: a camera with a constantly lower rate
+///                              loses no frames.
 [[nodiscard]] Lateness MeasureLateness(const SweepObservation& sweep, double nominal_frames_per_s);
 
 /// "frames came up to 186 ms late and 12 of 140 never came: this computer, or the camera's, is too
 /// busy"; empty where that is usual for a camera.
 [[nodiscard]] std::string NameBusyComputer(const Lateness& lateness);
 
-/// What to do about it, where slower sweeps were tried already.
+/// Remedy if slower sweeps were tried already.
 inline constexpr const char* kBusyComputerRemedy =
     "end other work on it and scan again, or set a lower [scan] speed";
 
@@ -39,12 +40,12 @@ struct FrameStamp {
 struct FrameStamps {
   std::vector<FrameStamp> frames;
   double period_s = 0;
-  double track_sigma_s = 0;  ///< of the sweep's stamps as a whole, against the other sweeps'
+  double track_sigma_s = 0;  ///< common to the sweep's stamps, relative to other sweeps
   double clock_sigma_s = 0;  ///< of the relation to the motion's clock
 };
 
-/// Stamps from capture times where all sweeps have sound ones, else from a regular clock behind the
-/// arrivals. Errors (kMeasurement) carry the reason for refusing.
+/// Computes stamps from capture times if all sweeps have sound ones, else from a regular clock
+/// fitted to the arrivals. Errors (kMeasurement) contain the reason.
 [[nodiscard]] Result<std::vector<FrameStamps>> StampFrames(std::span<const SweepObservation> sweeps,
                                                            double nominal_frames_per_s,
                                                            std::vector<std::string>& notices);

@@ -14,13 +14,13 @@ namespace trammel::pressure_advance {
 namespace {
 
 constexpr double kGrid_s = 0.001;
-constexpr double kCapNats = 8;  ///< what one pair may cost at most: a glitch is no proof
+constexpr double kCapNats = 8;  ///< maximum cost of a pair: a glitch is no proof
 constexpr double kLeastStillSigma = 0.03;
 constexpr double kLeastMovingSigma = 0.08;
 constexpr double kStandsBelow = 0.005;  ///< displacement as a share of a steady step
 constexpr double kFullAbove = 0.98;
 
-/// A track with its levels; everything in shares of a steady step.
+/// Track with its levels, in shares of a steady step.
 struct Prepared {
   const ChangeTrack* track = nullptr;
   double step_mm = 0;
@@ -47,8 +47,8 @@ Prepared Prepare(const ChangeTrack& track) {
   p.begin_s = track.motion.front().start_s;
   p.end_s = MotionEnd_s(track.motion);
   p.step_mm = LargestSpeed_mm_s(track.motion) * track.period_s;
-  // Levels to begin with: so many pairs move as the motion lasts, and they change more than the
-  // others.
+  // Initial levels: the number of moving pairs corresponds to the motion's duration, and they
+  // change more than the others.
   const double moving = std::clamp(
       (p.end_s - p.begin_s) / track.period_s / static_cast<double>(track.pairs.size()), 0.05, 0.95);
   std::vector<double> changes;
@@ -57,17 +57,17 @@ Prepared Prepare(const ChangeTrack& track) {
   return p;
 }
 
-/// How far the head moved between the two frames, as a share of a steady step.
+/// Computes the head's displacement between the two frames, relative to a steady step.
 double Displacement(const Prepared& p, const ChangePair& pair, double latency_s) {
   const double from_mm = HeadAt(p.track->motion, pair.from_s - latency_s).position_mm;
   const double to_mm = HeadAt(p.track->motion, pair.to_s - latency_s).position_mm;
   return std::abs(to_mm - from_mm) / p.step_mm;
 }
 
-/// What a displacement may look like before the data say it: it saturates at two thirds of a step.
+/// Prior of the change for a displacement: it saturates at two thirds of a step.
 double Expected(double displacement) { return std::min(1.0, 1.5 * displacement); }
 
-/// Without scatters: for a first look.
+/// Computes the cost without scatters: for a first guess.
 double RoughCost(const Prepared& p, double latency_s) {
   double cost = 0;
   for (std::size_t i = 0; i < p.share.size(); ++i) {
@@ -108,8 +108,8 @@ double OwnCost(const Prepared& p, double latency_s) {
   return cost;
 }
 
-/// The same, but with the curve "displacement -> change" that fits all tracks best among those that
-/// never fall (pool adjacent violators): nothing else is assumed of it.
+/// Does the same with the best-fitting nondecreasing curve "displacement -> change" of all tracks
+/// (pool adjacent violators), without further assumptions.
 double JointCost(std::span<const Prepared> tracks, double latency_s) {
   constexpr std::size_t kBins = 160;
   constexpr double kBinsPerStep = 100;
@@ -167,7 +167,8 @@ double JointCost(std::span<const Prepared> tracks, double latency_s) {
   return cost;
 }
 
-/// Levels and scatters from the pairs that are certainly still or certainly at full speed.
+/// Estimates levels and scatters from the pairs that are certainly still or certainly at full
+/// speed.
 void Sharpen(Prepared& p, double latency_s) {
   std::vector<double> still;
   std::vector<double> moving;
@@ -189,7 +190,8 @@ tl::unexpected<Error> Refuse(std::string reason) {
   return Fail(std::move(reason), ErrorKind::kMeasurement);
 }
 
-/// Scatter of the upper half of the moving pairs: a head that stopped on the way does not widen it.
+/// Returns the scatter of the upper half of the moving pairs: a temporary stop of the head does not
+/// widen it.
 double UpperScatter(const std::vector<double>& share) {
   const double middle = Median(share);
   std::vector<double> above;
@@ -200,7 +202,7 @@ double UpperScatter(const std::vector<double>& share) {
   return kNormal * Median(above);
 }
 
-/// Notes the frames in which the picture stands still though the head should move. Too many of them
+/// Records the frames in which the picture is static though the head should move. Too many of them
 /// are a contradiction.
 Result<void> FindFrozen(Prepared& p, std::size_t number, double latency_s) {
   std::vector<double> share;
@@ -232,7 +234,7 @@ Result<void> FindFrozen(Prepared& p, std::size_t number, double latency_s) {
   return {};
 }
 
-/// Whether the picture tells standing from moving in this track, and never says the contrary.
+/// Checks that the picture distinguishes rest and motion in this track, without contradictions.
 Result<void> CheckTrack(Prepared& p, std::size_t number, double latency_s) {
   std::size_t before = 0;
   std::size_t after = 0;
@@ -287,7 +289,7 @@ double BestOf(double from_s, double to_s, double step_s, const auto& cost,
   return best;
 }
 
-/// Mean and spread over a grid, each latency weighted by how likely it makes the data.
+/// Computes mean and spread over a grid, each latency weighted by its likelihood.
 void Weigh(const std::vector<double>& at, const std::vector<double>& cost, LatencyFit& fit) {
   const double lowest = *std::min_element(cost.begin(), cost.end());
   double sum = 0;
@@ -360,8 +362,8 @@ Result<LatencyFit> FitLatency(std::span<const ChangeTrack> tracks, const Latency
   for (double t = centre_s - reach_s; t <= centre_s + reach_s; t += kGrid_s) {
     if (t < search.least_s || t > search.most_s) continue;
     at.push_back(t);
-    // Neighbouring pairs share a frame and its noise, so they tell less than as many independent
-    // ones.
+    // Neighbouring pairs share a frame and its noise, so they contain less information than as many
+    // independent ones.
     constexpr double kShared = 0.6;
     cost.push_back(kShared * JointCost(prepared, t));
   }

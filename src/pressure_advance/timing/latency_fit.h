@@ -1,4 +1,4 @@
-// How long before its stamp a frame was taken, from when the picture began and ceased to change.
+// Delay of a frame's stamp after its capture, from the start and end of the picture's change.
 #pragma once
 
 #include <cstddef>
@@ -10,7 +10,7 @@
 
 namespace trammel::pressure_advance {
 
-/// Two neighbouring frames and the change between their pictures.
+/// Two consecutive frames and the change between their pictures.
 struct ChangePair {
   double from_s = 0;  ///< stamps on the motion's clock, the latency not yet taken off
   double to_s = 0;
@@ -20,25 +20,25 @@ struct ChangePair {
 
 struct ChangeTrack {
   std::vector<ChangePair> pairs;
-  std::vector<double> stamp_s;  ///< of all frames, those without a pair included
+  std::vector<double> stamp_s;  ///< all frames, including those without a pair
   std::span<const LineMove> motion;
   double period_s = 0;
-  double stamp_sigma_s = 0;  ///< of this track's stamps as a whole
+  double stamp_sigma_s = 0;  ///< common to this track's stamps
 };
 
 struct LatencySearch {
   double least_s = 0;  ///< the latencies that the clocks allow
   double most_s = 0;
-  double beyond_s = 0;  ///< how far around them to look for a contradiction
+  double beyond_s = 0;  ///< margin around them to search for a contradiction
 };
 
-/// One track as the fit sees it.
+/// Fit's result for one track.
 struct TrackFit {
   double still = 0;        ///< change of a standing head
   double moving = 0;       ///< change at the sweep's speed
   double still_sigma = 0;  ///< scatter, as a share of moving - still
   double moving_sigma = 0;
-  double own_latency_s = 0;         ///< of this track alone
+  double own_latency_s = 0;         ///< from this track alone
   double own_gain = 0;              ///< nats by which its own latency is better than the common one
   std::vector<std::size_t> frozen;  ///< frames that repeat the one before though the head moved
 };
@@ -51,8 +51,8 @@ struct LatencyFit {
   std::vector<TrackFit> tracks;
 };
 
-/// Errors (kMeasurement) carry the reason for refusing: a picture that does not tell standing from
-/// moving, too few frames of a standing head, a motion seen at another time than the clocks allow.
+/// Errors (kMeasurement) contain the reason: a picture that does not distinguish rest from motion,
+/// too few frames of a head at rest, a motion seen at a time that the clocks exclude.
 [[nodiscard]] Result<LatencyFit> FitLatency(std::span<const ChangeTrack> tracks,
                                             const LatencySearch& search);
 

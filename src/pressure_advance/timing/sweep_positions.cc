@@ -11,7 +11,7 @@
 namespace trammel::pressure_advance {
 namespace {
 
-/// Times are sums of durations; moves that touch may miss each other by rounding.
+/// Times are sums of durations; consecutive moves may have rounding gaps.
 constexpr double kTouch_s = 1e-6;
 
 double EndOf(const LineMove& move) { return move.start_s + move.duration_s; }
@@ -20,7 +20,7 @@ double SpeedIn(const LineMove& move, double time_s) {
   return move.start_speed_mm_s + move.acceleration_mm_s2 * (time_s - move.start_s);
 }
 
-/// The last move that begins at or before the time, or null.
+/// Returns the last move that begins at or before the time, or null.
 const LineMove* MoveBefore(std::span<const LineMove> moves, double time_s) {
   const auto after = std::upper_bound(moves.begin(), moves.end(), time_s,
                                       [](double t, const LineMove& m) { return t < m.start_s; });
@@ -91,7 +91,8 @@ bool IsSteady(std::span<const LineMove> moves, double from_s, double to_s, doubl
     const double begin_s = std::max(from_s, move.start_s);
     const double end_s = std::min(to_s, EndOf(move));
     if (end_s < begin_s) continue;
-    // Speed is linear within a move, so its least is at an end; a turn within shows as a small sum.
+    // Speed is linear within a move, so its minimum is at an end; a reversal within shows as a
+    // small sum.
     const double first = SpeedIn(move, begin_s);
     const double last = SpeedIn(move, end_s);
     if (end_s - begin_s <= kTouch_s && to_s - from_s > kTouch_s) continue;
@@ -102,7 +103,7 @@ bool IsSteady(std::span<const LineMove> moves, double from_s, double to_s, doubl
 
 namespace {
 
-/// Mean absolute difference of two frames, grey levels.
+/// Returns the mean absolute difference of two frames, grey levels.
 double Difference(const Frame& a, const Frame& b) {
   std::uint64_t sum = 0;
   for (std::size_t i = 0; i < a.bgr.size(); ++i) {
@@ -111,8 +112,8 @@ double Difference(const Frame& a, const Frame& b) {
   return static_cast<double>(sum) / static_cast<double>(std::max<std::size_t>(1, a.bgr.size()));
 }
 
-/// How many leading pairs are still: the longest run whose largest difference is below half of what
-/// nine in ten of the pairs after it have. Never more than half of the sweep. REQUIRES a pair.
+/// Counts the leading still pairs: the longest run whose largest difference is below half of that
+/// of nine in ten of the pairs after it. At most half of the sweep. REQUIRES a pair.
 std::size_t StillRun(std::span<const double> differences) {
   std::size_t still = 0;
   double largest = 0;
@@ -152,7 +153,7 @@ StillFrames FindStillFrames(std::span<const Frame> frames, std::span<const std::
   std::vector<double> backwards(differences.rbegin(), differences.rend());
   backwards.resize(backwards.size() - still.first);
   still.last = StillRun(backwards);
-  // With the tail's still pairs out of the way the head may show more clearly.
+  // Without the tail's still pairs the leading ones may be clearer.
   differences.resize(differences.size() - still.last);
   still.first = std::max(still.first, StillRun(differences));
   return still;

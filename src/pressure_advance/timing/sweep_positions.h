@@ -1,4 +1,4 @@
-// Models the sweep's motion and where each frame was taken.
+// Models the sweep's motion and the position of each frame.
 #pragma once
 
 #include <cstddef>
@@ -11,7 +11,7 @@
 
 namespace trammel::pressure_advance {
 
-/// Position and speed of a head that stands before, between and after its moves.
+/// Position and speed of a head that is at rest before, between and after its moves.
 /// REQUIRES a non-empty list, in order of time. Cost: O(log n).
 struct HeadState {
   double position_mm = 0;
@@ -20,20 +20,20 @@ struct HeadState {
 };
 [[nodiscard]] HeadState HeadAt(std::span<const LineMove> moves, double time_s);
 
-/// End of the last move.
+/// Returns the end of the last move.
 [[nodiscard]] double MotionEnd_s(std::span<const LineMove> moves);
 
-/// The largest speed of all moves, without sign.
+/// Returns the maximum absolute speed of all moves.
 [[nodiscard]] double LargestSpeed_mm_s(std::span<const LineMove> moves);
 
-/// Whether the head moves at its largest speed, to within a fraction of it, all the time from..to.
+/// True if the head moves at its largest speed, to within a fraction of it, all the time from..to.
 [[nodiscard]] bool IsSteady(std::span<const LineMove> moves, double from_s, double to_s,
                             double tolerance);
 
-/// Whether the head stands at some moment from..to.
+/// True if the head is at rest at some moment from..to.
 [[nodiscard]] bool StandsWithin(std::span<const LineMove> moves, double from_s, double to_s);
 
-/// Frames at the ends of a sweep in which the camera stood still.
+/// Frames at the ends of a sweep in which the camera was at rest.
 struct StillFrames {
   std::size_t first = 0;  ///< leading frames without motion to the next; the last of these is where
                           ///< the sweep begins
@@ -41,28 +41,28 @@ struct StillFrames {
   bool all = false;       ///< no two frames differ: the camera or the machine hung
 };
 
-/// A moving laser crosses new speckle with every frame; a standing one sees the same picture twice.
-/// A stretch counts as still only where its frames differ by less than half of what nearly every
-/// pair of the remaining frames does, so that a sweep over a smooth bead without speckle loses
+/// Finds frames at rest: a moving laser crosses new speckle with every frame; one at rest shows the
+/// same picture twice. A stretch counts as still only if its frames differ by less than half of the
+/// difference of nearly every other pair. So a sweep over a smooth bead without speckle loses
 /// nothing.
-/// @param frames  those of `order` all of one size; no other is looked at.
-/// @param order   which frames, as they follow each other; `first` and `last` count in it.
+/// @param frames  those of `order` all of one size; no other is read.
+/// @param order   indices of consecutive frames; `first` and `last` count in it.
 [[nodiscard]] StillFrames FindStillFrames(std::span<const Frame> frames,
                                           std::span<const std::size_t> order);
 
-/// The frames that may be looked at: those with a position of their own, or all where the line
-/// gives none. REQUIRES as many positions, if any, as frames.
+/// Returns the usable frames: those with a position of their own, or all if the line has none.
+/// REQUIRES as many positions, if any, as frames.
 [[nodiscard]] std::vector<std::size_t> PlacedFrames(const ScanLine& line, std::size_t frame_count);
 
-/// Position of the laser in each frame of a line without frame_positions_mm, mm from the printed
-/// start in print direction: the frame `begin` is where scan.line_start_mm was measured.
-/// @param frame_count  frames in the sweep, >= 1; line.frame_times_s, where given, has as many.
-/// An opposite sweep runs backwards from line_start_mm; where more of it lies on the line if
-/// line_start_mm is taken from the line's other end, it is.
+/// Returns the laser's position in each frame of a line without frame_positions_mm, mm from the
+/// printed start in print direction: the frame `begin` is where scan.line_start_mm was measured.
+/// @param frame_count  frames in the sweep, >= 1; line.frame_times_s, if given, has as many.
+/// An opposite sweep runs backwards from line_start_mm, or from the line's other end if more of the
+/// sweep is then on the line.
 [[nodiscard]] std::vector<double> SweepPositions(const Scan& scan, const ScanLine& line,
                                                  std::size_t frame_count, std::size_t begin);
 
-/// Whether the sweep runs against the print: falling positions, or else the opposite direction.
+/// True if the sweep runs against the print: falling positions, or else the opposite direction.
 [[nodiscard]] bool SweepsBackwards(const ScanLine& line);
 
 }  // namespace trammel::pressure_advance

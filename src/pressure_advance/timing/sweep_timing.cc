@@ -22,7 +22,7 @@ tl::unexpected<Error> Refuse(std::string reason) {
   return Fail(std::move(reason), ErrorKind::kMeasurement);
 }
 
-/// What would make the rest meaningless.
+/// Checks for faults that would invalidate the rest.
 Result<void> CheckSweep(const SweepObservation& sweep, std::size_t number) {
   constexpr std::size_t kFewest = 20;
   TRAMMEL_CHECK(!sweep.motion.empty(), "sweep {} has no motion", number);
@@ -60,7 +60,7 @@ ChangeTrack TrackOf(const SweepObservation& sweep, const FrameStamps& stamps) {
   return track;
 }
 
-/// Whether a sweep's own transitions speak against the latency of all.
+/// True if a sweep's own transitions contradict the latency of all.
 bool Disagrees(const TrackFit& track, double latency_s, double period_s) {
   constexpr double kClearly = 15;  // nats
   return track.own_gain > kClearly && std::abs(track.own_latency_s - latency_s) > 0.6 * period_s;
@@ -71,7 +71,7 @@ struct Agreement {
   std::vector<std::size_t> used;  ///< sweeps, in order of fit.tracks
 };
 
-/// The common latency; a few sweeps that contradict the others are left out.
+/// Returns the common latency; omits a few sweeps that contradict the others.
 Result<Agreement> Agree(const std::vector<ChangeTrack>& tracks, const LatencySearch& search,
                         std::vector<std::string>& notices) {
   Agreement agreement;
@@ -110,7 +110,7 @@ FrameTiming Place(const SweepObservation& sweep, const FrameStamp& stamp, const 
   const double sigma_s = std::hypot(fit.sigma_s, stamp.sigma_s, track_sigma_s);
   const HeadState head = HeadAt(sweep.motion, frame.time_s);
   frame.position_mm = head.position_mm;
-  // On a ramp, the speed that the uncertainty of the time reaches.
+  // On a ramp, the highest speed within the uncertainty of the time.
   double speed = std::abs(head.speed_mm_s);
   for (const double away_s : {-sigma_s, sigma_s}) {
     speed = std::max(speed, std::abs(HeadAt(sweep.motion, frame.time_s + away_s).speed_mm_s));
@@ -149,7 +149,7 @@ SweepTiming PlaceSweep(const SweepObservation& sweep, const FrameStamps& stamps,
   return timing;
 }
 
-/// Latencies that the clocks allow.
+/// Returns the latencies that the clocks allow.
 LatencySearch SearchRange(const std::vector<FrameStamps>& stamps) {
   constexpr double kSure = 3;
   double clock_sigma_s = 0;

@@ -26,37 +26,37 @@
 
 namespace trammel::pressure_advance {
 
-/// One stretch of constant acceleration. Moves are in order of time and do not overlap; between and
-/// around them the head stands.
+/// Stretch of constant acceleration. Moves are in order of time and do not overlap; between and
+/// around them the head is at rest.
 struct LineMove {
-  double start_s = 0;             ///< on the motion's clock
+  double start_s = 0;             ///< motion's clock
   double duration_s = 0;          ///< > 0
   double start_mm = 0;            ///< position along the printed line, from its printed start
   double start_speed_mm_s = 0;    ///< signed: negative against the print direction
   double acceleration_mm_s2 = 0;  ///< signed
 };
 
-/// A sweep from standing to standing as three moves: `speed_mm_s` (> 0) along a signed distance.
+/// Returns a sweep from rest to rest as three moves: `speed_mm_s` (> 0) along a signed distance.
 /// REQUIRES acceleration > 0 and a distance of at least one full ramp up and down.
 [[nodiscard]] std::vector<LineMove> TrapezoidSweep(double start_s, double start_mm, double end_mm,
                                                    double speed_mm_s, double acceleration_mm_s2);
 
-/// What to add to a time on one clock to have it on the motion's.
+/// Offset from one clock to the motion's, to be added.
 struct ClockOffset {
   double offset_s = 0;
   double standard_uncertainty_s = 0;  ///< >= 0
 };
 
-/// One frame as the camera delivered it.
+/// Frame as delivered by the camera.
 struct FrameObservation {
-  double arrival_s = 0;              ///< on the clock of arrivals, not decreasing
-  std::optional<double> captured_s;  ///< on the camera's clock
+  double arrival_s = 0;              ///< arrival clock, not decreasing
+  std::optional<double> captured_s;  ///< camera's clock
   std::optional<std::uint64_t> sequence;
   std::optional<double> change;  ///< >= 0, against the frame before; absent for the first frame,
                                  ///< for a damaged one and the one after it
 };
 
-/// One sweep over a line.
+/// Sweep over one line.
 struct SweepObservation {
   std::vector<FrameObservation> frames;  ///< in order of arrival
   std::vector<LineMove> motion;
@@ -74,17 +74,17 @@ enum class FrameMotion {
   kStanding,  ///< the head stands, or might within the uncertainty of the time
   kRamp,      ///< it speeds up or slows down, or might
   kSteady,    ///< certainly within the stretch of constant speed: the only frames to score
-  kUnplaced,  ///< its time is not known well enough (see FrameTiming::note)
+  kUnplaced,  ///< its time is too uncertain (see FrameTiming::note)
 };
 
 [[nodiscard]] const char* ToString(FrameMotion motion);
 
 struct FrameTiming {
-  double time_s = 0;             ///< when it was taken, on the motion's clock
+  double time_s = 0;             ///< capture time, motion's clock
   double position_mm = 0;        ///< along the printed line, from its printed start
   double position_sigma_mm = 0;  ///< standard uncertainty (k = 1), the common latency included
   FrameMotion motion = FrameMotion::kUnplaced;
-  std::string note;  ///< why it is unplaced, or what else is unusual; empty otherwise
+  std::string note;  ///< why it is unplaced, or other irregularity; else empty
 };
 
 struct SweepTiming {
@@ -94,7 +94,7 @@ struct SweepTiming {
 struct SessionTiming {
   Measured latency_s;  ///< good: positions exist; its value is the latency of assumption 1
   std::vector<SweepTiming> sweeps;   ///< empty unless latency_s is good
-  std::vector<std::string> notices;  ///< what a person should know although it is no fault
+  std::vector<std::string> notices;  ///< for the user; not faults
 };
 
 /// Finds the latency from the moments at which the picture begins and ceases to change in all

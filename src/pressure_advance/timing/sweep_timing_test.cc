@@ -26,19 +26,19 @@ using test::SweepWorld;
 using ::testing::AllOf;
 using ::testing::HasSubstr;
 
-/// What the client knows of a sweep's times.
+/// Time information of a sweep available to the client.
 enum class Known { kCaptureAndOffset, kCaptureOnly, kArrivals };
 
 struct Tally {
   int good = 0;
   std::size_t steady = 0;  ///< frames that may be scored
   std::size_t unplaced = 0;
-  std::size_t wrongly_steady = 0;  ///< of them, taken while the head was slower
+  std::size_t wrongly_steady = 0;  ///< of these, captured while the head was slower
   double worst_mm = 0;             ///< error of position among the steady ones
   std::vector<double> session_worst_mm;
   std::vector<double> normal;  ///< error of one frame a sweep, in its standard uncertainty
   std::vector<double> sigma_mm;
-  std::string last_reason;  ///< of a session that was not good
+  std::string last_reason;  ///< from a session that failed
 };
 
 SweepObservation Observe(const SweepWorld& world, const test::WorldSweep& sweep, Known known) {
@@ -115,7 +115,7 @@ Tally RunStudy(const std::string& name, const SweepWorld& world, Known known, st
   return tally;
 }
 
-/// What the calibration asks of every frame that is scored.
+/// Tolerance of the calibration for every scored frame.
 constexpr double kWithin_mm = 0.05;
 
 TEST(SweepTiming, TenLinesPlaceEveryScoredFrameWithin50Microns) {

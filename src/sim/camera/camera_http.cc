@@ -62,9 +62,9 @@ namespace http = boost::beast::http;
 using net::ip::tcp;
 using ErrorCode = boost::system::error_code;
 
-constexpr auto kPatience = std::chrono::seconds(10);  // with a client that asks or takes nothing
+constexpr auto kPatience = std::chrono::seconds(10);  // for a client that is idle or reads nothing
 constexpr std::size_t kRequestBytes = 8192;
-// What the kernel may hold for one client: a few frames, then they are dropped here.
+// Kernel's buffer for one client: a few frames, then they are dropped here.
 constexpr int kSendBufferBytes = 256 * 1024;
 constexpr std::size_t kMostClients = 32;
 
@@ -76,7 +76,7 @@ SendTimes TimesOfSending() {
 
 class Client;
 
-// What clients need of the server.
+// Data of the server for clients.
 struct Hub {
   CameraHeaders headers;
   CameraHttp::OnSent on_sent;
@@ -85,7 +85,7 @@ struct Hub {
   std::int64_t last_sent = -1;
 };
 
-// One connection: reads a request, then sends frames until either side ends it.
+// Connection: reads a request, then sends frames until either side ends it.
 class Client : public std::enable_shared_from_this<Client> {
  public:
   Client(tcp::socket socket, Hub& hub)
@@ -159,7 +159,8 @@ class Client : public std::enable_shared_from_this<Client> {
     Write({net::buffer(text_)}, [](Client& client) { client.Close(); });
   }
 
-  // A client says nothing more; what it closes is noticed here even while nothing is sent.
+  // Detects that the client closed the connection even while nothing is sent; it sends no more
+  // data.
   void WatchForEnd() {
     socket_.async_read_some(net::buffer(ignored_),
                             [self = shared_from_this()](ErrorCode error, std::size_t) {
@@ -216,7 +217,7 @@ class Client : public std::enable_shared_from_this<Client> {
   bool busy_ = false;
   bool closed_ = false;
   std::array<char, 256> ignored_{};
-  std::string text_;  // what async_write reads must stay until it is done
+  std::string text_;  // buffer of async_write: must outlive it
   std::string tail_;
   std::shared_ptr<const std::vector<std::uint8_t>> jpeg_;
   std::optional<CameraPart> next_;
@@ -249,7 +250,7 @@ class Server final : public CameraHttp {
     }
     port_ = acceptor_.local_endpoint().port();
     Accept();
-    // What a client's handler throws ends that client: nothing else goes on with it.
+    // An exception in a client's handler ends only that client.
     thread_ = std::thread([this] {
       RaiseThisThread(ThreadUrgency::kWorking);
       while (NoteBug([this] { io_.run(); })) {

@@ -118,13 +118,13 @@ constexpr double kMostBehindS = 0.3;  // drawing may fall behind by this before 
 constexpr std::size_t kStillFrames = 8;
 constexpr double kStampStepS = 1e-3;  // ustreamer cuts its stamps to whole multiples
 
-// Frames that differ by noise alone, for while nothing happens: drawing more of them would only
-// warm the machine.
+// Frames that differ by noise only, used while nothing happens: drawing more would waste processor
+// time.
 class StillFrames {
  public:
   using Jpeg = std::shared_ptr<const std::vector<std::uint8_t>>;
 
-  /// A stored frame other than the one before, once there are enough.
+  /// Returns a stored frame other than the one before, once there are enough.
   [[nodiscard]] Jpeg Take(const CameraMoment& moment, Random& random) {
     if (!last_ || !LookAlike(*last_, moment)) {
       last_ = moment;
@@ -146,7 +146,7 @@ class StillFrames {
   std::size_t shown_ = 0;
 };
 
-// The frame in the middle of a larger or smaller one.
+// Centres the frame in a larger or smaller one.
 Frame Resized(const Frame& frame, int width, int height) {
   Frame out(width, height);
   const int columns = std::min(width, frame.width);
@@ -212,11 +212,11 @@ class Running final : public CameraServer {
       const double capture_s = started_s_ + static_cast<double>(frame + 1) / options_.frames_per_s +
                                std::clamp(random_.Normal(0, jitter_s), -most_s, most_s);
       if (!WaitUntil(capture_s + half_s)) return;
-      (void)NoteBug([&] { Capture(frame, capture_s); });  // that frame is lost
+      (void)NoteBug([&] { Capture(frame, capture_s); });  // a failed frame is lost
     }
   }
 
-  // False when the server shall end.
+  // Waits; false if the server must end.
   bool WaitUntil(double time_s) {
     std::unique_lock lock(mutex_);
     const std::chrono::duration<double> left(time_s - MonotonicNow());
@@ -249,7 +249,7 @@ class Running final : public CameraServer {
     {
       const std::lock_guard lock(mutex_);
       unsent_.push_back(truth);
-      // What no client took never comes up in Sent().
+      // A frame that no client took never appears in Sent().
       while (unsent_.size() > 1000) unsent_.pop_front();
     }
     http_->Publish(std::move(part), due_s_);
@@ -303,7 +303,7 @@ class Running final : public CameraServer {
   CameraView view_;
   Random random_;
   double started_s_ = 0;
-  // The drawing thread's own.
+  // Used by the drawing thread only.
   StillFrames still_;
   Frame frame_;
   double due_s_ = 0;

@@ -1,4 +1,4 @@
-// What can go wrong with a camera, on purpose and reproducibly.
+// Faults of a camera, on purpose and reproducible.
 #pragma once
 
 #include <cstddef>
@@ -33,16 +33,16 @@ enum class CameraFaultKind {
 
 struct CameraFault {
   CameraFaultKind kind = CameraFaultKind::kStall;
-  double at_s = 0;                            ///< when it begins, from the start of the server
+  double at_s = 0;                            ///< start, from the start of the server
   std::optional<std::int64_t> at_frame = {};  ///< or with which frame, counted from 0
   double duration_s = std::numeric_limits<double>::infinity();  ///< 0: one frame
-  double fraction = 0.5;                                        ///< of kDropFrames, 0 … 1
-  double jump_s = 0;                                            ///< of kTimeJump
-  int width_px = 640;                                           ///< of kSizeChange, 16 … 1920
+  double fraction = 0.5;                                        ///< kDropFrames only, 0 … 1
+  double jump_s = 0;                                            ///< kTimeJump only
+  int width_px = 640;                                           ///< kSizeChange only, 16 … 1920
   int height_px = 480;                                          ///< 16 … 1080
 };
 
-/// What the faults of one moment add up to.
+/// Sum of the active faults at one moment.
 struct ActiveFaults {
   bool stall = false;
   bool half_jpeg = false;
@@ -54,13 +54,13 @@ struct ActiveFaults {
   std::optional<CameraFault> size;
 };
 
-/// Faults over time. Not safe for several threads at once.
+/// Faults over time. Not thread-safe.
 class CameraFaults {
  public:
   /// REQUIRES values within the bounds above.
   void Add(const CameraFault& fault);
 
-  /// What is wrong with one frame. Call once for every frame, in order of time: a fault shorter
+  /// Returns the faults of one frame. Call once for every frame, in order of time: a fault shorter
   /// than a frame hits the first frame after its beginning.
   /// @param time_s  of its capture, from the start of the server.
   [[nodiscard]] ActiveFaults At(std::int64_t frame, double time_s);
@@ -73,25 +73,24 @@ class CameraFaults {
   std::vector<Entry> entries_;
 };
 
-/// One frame that at least one client was sent. Times on the host's monotonic clock.
+/// Frame sent to at least one client. Times on the host's monotonic clock.
 struct CameraTruth {
-  std::int64_t frame = 0;    ///< from the server's start, lost ones counted
+  std::int64_t frame = 0;    ///< from the server's start, including lost ones
   double capture_s = 0;      ///< the true middle of its exposure
-  double stamp_s = 0;        ///< what its headers say
-  double sent_s = 0;         ///< when its way to the first client began
+  double stamp_s = 0;        ///< from its headers
+  double sent_s = 0;         ///< start of transmission to the first client
   MachineView machine;       ///< at mid-exposure
-  CameraView::Spot spot;     ///< where the laser meets the plate at the focus height
-  bool shown_black = false;  ///< by a fault
+  CameraView::Spot spot;     ///< laser spot on the plate at the focus height
+  bool shown_black = false;  ///< true due to a fault
   bool laser_hidden = false;
   bool half = false;
 };
 
-/// Keeps the latest 100,000 frames (an hour at 30 frames/s); with a file, all. Safe to use from
-/// several threads.
+/// Stores the latest 100,000 frames (an hour at 30 frames/s); with a file, all. Thread-safe.
 class CameraTruthLog {
  public:
   CameraTruthLog() = default;
-  /// Also writes a JSON object per line to a new file, each as soon as it is known.
+  /// Also writes a JSON object per line to a new file, as soon as it is known.
   /// Error (kInput): the file cannot be created.
   [[nodiscard]] Result<void> WriteTo(const std::filesystem::path& path);
 
@@ -109,20 +108,20 @@ class CameraTruthLog {
 };
 
 struct CameraServerOptions {
-  int port = 0;  ///< on 127.0.0.1; 0 takes a free one
+  int port = 0;  ///< on 127.0.0.1; 0: a free one
   CameraHeaders headers = CameraHeaders::kUstreamer6;
   Condition condition;  ///< plate and filament; the machine says whether there is light
   CameraViewOptions view;
-  double frames_per_s = 30;  ///< of host time, 1 … 1000; frames that cannot be drawn are lost
-  double machine_time_scale = 1;  ///< how many times faster than life the machine runs, 0.1 … 1000
-  double latency_s = 0.04;        ///< shortest time from mid-exposure to sending, 0 … 2
+  double frames_per_s = 30;        ///< in host time, 1 … 1000; frames not drawn in time are lost
+  double machine_time_scale = 1;   ///< speed of the machine relative to real time, 0.1 … 1000
+  double latency_s = 0.04;         ///< shortest time from mid-exposure to sending, 0 … 2
   double latency_jitter_s = 0.05;  ///< sending is later by 0 … this, uniformly; 0 … 2
   int jpeg_quality = 90;           ///< 1 … 100
   std::vector<CameraFault> faults;
   std::filesystem::path truth_file;  ///< JSON lines, one per frame sent; empty: none
 };
 
-/// Frames are drawn only while somebody watches. One thread draws, one serves.
+/// Camera server. Frames are drawn only while a client is connected. One thread draws, one serves.
 class CameraServer {
  public:
   /// @param eye     Names the eye: see DrawHeadEye, which CameraServer calls with it. Equal
@@ -138,9 +137,9 @@ class CameraServer {
   [[nodiscard]] virtual int port() const = 0;
   /// Adds a fault; its at_s counts from now. REQUIRES values within CameraFault's bounds.
   virtual void Inject(const CameraFault& fault) = 0;
-  /// Every frame sent so far, oldest first.
+  /// Returns every frame sent so far, oldest first.
   [[nodiscard]] virtual std::vector<CameraTruth> truth() const = 0;
-  /// The eye that looks: its traits are truth as well.
+  /// Returns the rendering camera: its traits are part of the truth.
   [[nodiscard]] virtual const HeadEye& eye() const = 0;
 };
 

@@ -31,7 +31,7 @@ class CameraTestClient {
   /// The next frame of a stream; nothing where the connection ends first. `body` then holds what
   /// arrived of it.
   [[nodiscard]] std::optional<Part> ReadPart();
-  /// What came of a part that the end of the connection cut off.
+  /// Returns the incomplete part at the connection's end.
   [[nodiscard]] const std::string& rest() const { return buffer_; }
   /// Everything until the connection ends.
   [[nodiscard]] std::string ReadAll();

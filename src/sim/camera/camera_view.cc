@@ -21,21 +21,21 @@ constexpr double kApertureMm = 1.3;
 // The same for a beam of 4 mm at the laser's lens, 60 mm away.
 constexpr double kLaserSpread = 1.0 / 60;
 constexpr double kFinestCellMm = 0.025;
-constexpr double kAheadMm = 24;  // of a moving head: most of a sweep
+constexpr double kAheadMm = 24;  // ahead of a moving head: most of a sweep
 constexpr double kAroundMm = 3;
 
 double LensBlurMm(const LaserTraits& focused, double rise_mm) {
   return kApertureMm / 4 * std::abs(rise_mm) / focused.distance_mm;
 }
 
-// Fine enough that no pixel is much smaller than a cell.
+// Returns a cell size at which no pixel is much smaller than a cell.
 double CellFor(double px_per_mm) {
   double cell_mm = kFinestCellMm;
   while (cell_mm < 0.2 && px_per_mm * cell_mm < 0.375) cell_mm *= 2;
   return cell_mm;
 }
 
-// Blur is kept in steps of two, so that small movements in height keep their scene.
+// Returns the blur in steps of two, so that small movements in height can reuse their scene.
 int BlurStep(double sigma_cells) {
   return sigma_cells < 0.5 ? 0 : 1 + static_cast<int>(std::floor(std::log2(sigma_cells / 0.5)));
 }
@@ -64,9 +64,9 @@ bool SameStrand(const Strand& a, const Strand& b) {
           (same(a.samples.front(), b.samples.front()) && same(a.samples.back(), b.samples.back())));
 }
 
-// Whether beds differ near a region, for beds that only grow (or are cleared).
+// True if beds differ near a region, for beds that only grow (or are cleared).
 bool DifferWithin(const BedRegion& region, const Bed& before, const Bed& after) {
-  constexpr double kReachMm = 2;  // of a bead beyond its centre
+  constexpr double kReachMm = 2;  // of a bead from its centre
   if (after.strands.size() < before.strands.size()) return true;
   for (std::size_t i = 0; i < after.strands.size(); ++i) {
     const Strand& strand = after.strands[i];
@@ -81,7 +81,8 @@ bool DifferWithin(const BedRegion& region, const Bed& before, const Bed& after) 
   return false;
 }
 
-// Speckle stays while the head stands, and is another one as soon as it has moved by a grain.
+// Returns the seed of the speckle, constant while the head is at rest, and different once it has
+// moved by a grain.
 std::uint64_t SpeckleAt(double x_mm, double y_mm) {
   constexpr double kGrainMm = 0.02;
   const auto cell = [](double mm) {
@@ -185,7 +186,7 @@ void CameraView::Focus(double rise_mm, bool lit) {
   lit_ = lit;
 }
 
-// Draws the surroundings anew unless those at hand still hold.
+// Redraws the surroundings unless the cached ones are still valid.
 void CameraView::KeepScene(const CameraMoment& moment, const Spot& spot, double rise_mm) {
   const LaserTraits traits = AtRise(eye_.dark, rise_mm);
   Look look;

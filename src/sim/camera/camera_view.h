@@ -1,4 +1,4 @@
-// What the camera on the print head sees of a virtual machine at one moment.
+// View of the camera on the print head at one moment of a virtual machine.
 #pragma once
 
 #include <memory>
@@ -13,59 +13,59 @@
 
 namespace trammel::sim {
 
-/// One eye among those that plate and filament leave open. A generator in the same state gives
-/// RecordScan the same eye, in the dark and lit.
+/// Draws a camera consistent with plate and filament. A generator in the same state gives
+/// RecordScan the same camera, in the dark and lit.
 [[nodiscard]] HeadEye DrawHeadEye(const Condition& condition, const Random& random);
 
 struct CameraViewOptions {
   CameraMount mount;
   int frame_width_px = kSensorWidthPx;    ///< 64 … 1280; smaller frames are windows of the sensor
   int frame_height_px = kSensorHeightPx;  ///< 64 … 720
-  HeadRig rig = {};                       ///< what else differs from the eye that is drawn
+  HeadRig rig = {};                       ///< other differences from the drawn camera
 };
 
-/// The traits of an eye that stands rise_mm above its focus height: its scale, where laser and
-/// printed line appear, and how blurred. Clamped to rises of -24 … 60 mm.
+/// Returns a camera's traits rise_mm above its focus height: its scale, the positions of laser and
+/// printed line, and the blur. Clamped to rises of -24 … 60 mm.
 [[nodiscard]] LaserTraits AtRise(const LaserTraits& focused, double rise_mm);
 
-/// A machine during one exposure.
+/// State of a machine during one exposure.
 struct CameraMoment {
   MachineView machine;     ///< at mid-exposure
-  double travel_x_mm = 0;  ///< of the head during the exposure
+  double travel_x_mm = 0;  ///< head travel during the exposure
   double travel_y_mm = 0;
-  double time_s = 0;  ///< of mid-exposure
+  double time_s = 0;  ///< mid-exposure
   std::shared_ptr<const Bed> bed;
 };
 
-/// Whether two moments look alike but for the sensor's noise.
+/// True if two moments look alike but for the sensor's noise.
 [[nodiscard]] bool LookAlike(const CameraMoment& a, const CameraMoment& b);
 
-/// Renders frames. Keeps the surroundings of the head between calls and draws them anew where the
-/// head leaves them, the bed grows or the light changes. Not safe for several threads at once.
+/// Renders frames. Caches the surroundings of the head between calls and redraws them when the head
+/// leaves them, the bed grows or the light changes. Not thread-safe.
 class CameraView {
  public:
   /// @param random  As RecordScan's: names the textures; afterwards, noise and drift.
   CameraView(const HeadEye& eye, const CameraViewOptions& options, const Random& random);
 
-  /// Asks the machine for what happens while an exposure is centred on `mid_exposure_s`.
-  /// @param machine_time_scale  how many times faster than life the machine runs: the exposure is
+  /// Queries the machine's state for an exposure centred on `mid_exposure_s`.
+  /// @param machine_time_scale  the machine's speed relative to real time: the exposure is
   ///        shorter by as much.
   [[nodiscard]] CameraMoment MomentAt(const MachineSource& machine, double mid_exposure_s,
                                       double machine_time_scale = 1) const;
 
-  /// Puts a moment's head, and what it has printed, where backlash and a loose mount leave them.
-  /// Moments have to come in the order of their time. Nothing changes on a tight head.
+  /// Shifts a moment's head, and its print, by backlash and a loose mount. Moments must be ordered
+  /// by time. Changes nothing on a tight head.
   void Settle(CameraMoment& moment);
 
-  /// The eye on this head: its traits with the rig's deviations.
+  /// Returns this head's camera: its traits with the rig's deviations.
   [[nodiscard]] const HeadEye& eye() const { return eye_; }
 
-  /// Longest exposure, at natural speed.
+  /// Returns the maximum exposure, at natural speed.
   [[nodiscard]] double exposure_s() const;
 
-  /// Where the laser meets the plate: nozzle, offset, and what the mount is off by. The laser shows
-  /// at other heights as far beyond (before) as the head is above (below) the focus height, for an
-  /// angle of 45 degrees.
+  /// Intersection of the laser and the plate: nozzle, offset, and the mount's error. At other
+  /// heights the laser appears as far beyond (before) as the head is above (below) the focus
+  /// height, for an angle of 45 degrees.
   struct Spot {
     double x_mm = 0;
     double y_mm = 0;
@@ -76,7 +76,7 @@ class CameraView {
   void Render(const CameraMoment& moment, Frame& frame);
 
  private:
-  struct Look {  // what a scene was made for
+  struct Look {  // parameters of a cached scene
     std::shared_ptr<const Bed> bed;
     bool lit = false;
     double cell_mm = 0;
@@ -89,8 +89,8 @@ class CameraView {
   HeadEye eye_;
   CameraMount mount_;
   PictureMap map_;
-  SensorWindow picture_;  // of the sensor, as it is read out
-  SensorWindow upright_;  // as it is drawn
+  SensorWindow picture_;  // on the sensor, as read out
+  SensorWindow upright_;  // as drawn
   RigMotion motion_;
   LaserCamera camera_;
   Random random_;

@@ -16,7 +16,7 @@ namespace {
 constexpr double kMiddleColumn = kSensorWidthPx / 2.0;
 constexpr double kMiddleRow = kSensorHeightPx / 2.0;
 constexpr double kReversalMm = 0.02;  // less is the noise of a move's interpolation
-constexpr int kMarginPx = 3;          // of a cubic interpolation
+constexpr int kMarginPx = 3;          // for cubic interpolation
 
 LaserTraits MountTraits(const LaserTraits& drawn, const HeadRig& rig) {
   LaserTraits traits = drawn;
@@ -40,7 +40,7 @@ LaserTraits MountTraits(const LaserTraits& drawn, const HeadRig& rig) {
   return traits;
 }
 
-// A slack of b: a follower keeps its place until it is b / 2 behind.
+// Applies a backlash of b: a follower remains in place until it is b / 2 behind.
 double Follow(double follower, double leader, double slack) {
   return std::clamp(follower, leader - slack / 2, leader + slack / 2);
 }
@@ -60,7 +60,7 @@ PictureMap::Place PictureMap::Upright(Place picture) const {
 PictureMap::Place PictureMap::Picture(Place upright) const {
   const double u = upright.x_px - kMiddleColumn;
   const double v = upright.y_px - kMiddleRow;
-  // Turned and mirrored: the inverse is the transpose.
+  // Rotated and mirrored: the inverse is the transpose.
   return {kMiddleColumn + xx * u + yx * v, kMiddleRow + xy * u + yy * v};
 }
 

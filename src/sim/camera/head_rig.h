@@ -1,4 +1,4 @@
-// What the camera must know of the virtual machine.
+// Interface of the virtual machine to the camera.
 #pragma once
 
 #include <array>
@@ -18,7 +18,7 @@
 
 namespace trammel::sim {
 
-/// The machine at one moment.
+/// State of the machine at one moment.
 struct MachineView {
   double x_mm = 0;  ///< the toolhead's true position, in the middle of a move too
   double y_mm = 0;
@@ -28,17 +28,17 @@ struct MachineView {
   bool lights_on = false;
 };
 
-/// The machine as a camera sees it. Every function may be called from any thread.
-/// `monotonic_s` is the host's CLOCK_MONOTONIC in seconds, now or in the last few seconds.
+/// Machine as seen by a camera. Thread-safe. `monotonic_s` is the host's CLOCK_MONOTONIC in
+/// seconds, now or in the last few seconds.
 class MachineSource {
  public:
   virtual ~MachineSource() = default;
   [[nodiscard]] virtual MachineView At(double monotonic_s) const = 0;
-  /// What has been printed so far; a new pointer whenever something was added, never null.
+  /// Returns the print so far; a new pointer whenever it grew, never null.
   [[nodiscard]] virtual std::shared_ptr<const Bed> bed(double monotonic_s) const = 0;
 };
 
-/// The laser eye as it is built onto one head: the same in the dark and with the lights on.
+/// Camera with laser as mounted on one head: the same in the dark and with the lights on.
 struct HeadEye {
   Condition condition;  ///< plate and filament; its light means nothing here
   LaserTraits dark;     ///< looks and exposure with the lights off
@@ -46,23 +46,23 @@ struct HeadEye {
 };
 
 struct CameraMount {
-  double offset_x_mm = 28;         ///< from the nozzle to where the laser meets the plate at the
+  double offset_x_mm = 28;         ///< nozzle to laser point on the plate at the
   double offset_y_mm = 50.2;       ///< focus height; the paper's
-  double focus_height_mm = 17.86;  ///< of the nozzle, where the laser is sharp; the paper's
+  double focus_height_mm = 17.86;  ///< nozzle height where the laser is sharp; the paper's
 };
 
-/// Deviations of one head from the eye that its world draws. The defaults change nothing.
+/// Deviations of one head from its world's drawn camera. The defaults change nothing.
 struct HeadRig {
-  double scale = 1;            ///< px/mm over the drawn eye's, by the focal length; 0.5 … 2
-  double camera_turn_rad = 0;  ///< of the camera alone about its axis, counter-clockwise from above
-  double laser_turn_rad = 0;   ///< of the laser's sheet about the vertical, the same way; +-0.045
-  double laser_angle_rad = 0;  ///< over the drawn eye's, +-0.35
+  double scale = 1;             ///< px/mm over the drawn eye's, by the focal length; 0.5 … 2
+  double camera_turn_rad = 0;   ///< camera alone about its axis, counter-clockwise from above
+  double laser_turn_rad = 0;    ///< laser sheet about the vertical, likewise; +-0.045
+  double laser_angle_rad = 0;   ///< over the drawn eye's, +-0.35
   double laser_brightness = 1;  ///< factor of all laser light, 0 (none) … 20 (saturated)
   double room_brightness = 1;   ///< factor of all other light, 0 … 20
   bool flip_x = false;          ///< the picture is mirrored left to right,
   bool flip_y = false;          ///< top to bottom; both: the camera is mounted the other way round
   double mount_play_mm = 0;  ///< each reversal of an axis leaves the eye within this of its place
-  std::array<double, 3> backlash_mm = {0, 0, 0};  ///< of x, y and z: the head lags by half of it
+  std::array<double, 3> backlash_mm = {0, 0, 0};  ///< x, y and z: the head lags by half of it
 };
 
 struct MountedRig {
@@ -70,12 +70,12 @@ struct MountedRig {
   HeadRig rig;
 };
 
-/// A head as its owner may have built it: the camera turned by up to 3 degrees and the laser by 1,
-/// the offset wrong by up to 4 mm, the focus by 1 mm, the scale by 10 %, the laser's angle by 3
-/// degrees, the laser's light by a fifth.
+/// Draws a realistic mounting: the camera rotated by up to 3 degrees and the laser by 1, the offset
+/// wrong by up to 4 mm, the focus by 1 mm, the scale by 10 %, the laser's angle by 3 degrees, the
+/// laser's light by a fifth.
 [[nodiscard]] MountedRig DrawHeadRig(Random random);
 
-/// The values of a head that options set; angles end in -deg, lengths in -mm.
+/// Values of a head that options set; angles end in -deg, lengths in -mm.
 inline constexpr NamedNumber<MountedRig> kHeadRigNumbers[] = {
     {"offset-x-mm", [](double v, MountedRig& r) { r.mount.offset_x_mm = v; }, -200, 200},
     {"offset-y-mm", [](double v, MountedRig& r) { r.mount.offset_y_mm = v; }, -200, 200},
@@ -102,11 +102,11 @@ inline constexpr NamedNumber<MountedRig> kHeadRigNumbers[] = {
     {"backlash-z-mm", [](double v, MountedRig& r) { r.rig.backlash_mm[2] = v; }, 0, 2},
 };
 
-/// The eye with scale, angles and brightness as they are on this head.
+/// Returns the camera with scale, angles and brightness of this head.
 [[nodiscard]] HeadEye MountEye(const HeadEye& eye, const HeadRig& rig);
 
-/// Maps places in the picture to places on a sensor that is neither turned nor mirrored; both
-/// have their origin in the first pixel of the full sensor.
+/// Maps positions in the picture to an upright, unmirrored sensor; both have their origin in the
+/// first pixel of the full sensor.
 struct PictureMap {
   double xx = 1, xy = 0, yx = 0, yy = 1;  ///< about the sensor's middle
 
@@ -116,26 +116,26 @@ struct PictureMap {
   };
   [[nodiscard]] bool identity() const { return xx == 1 && xy == 0 && yx == 0 && yy == 1; }
   [[nodiscard]] Place Upright(Place picture) const;
-  [[nodiscard]] Place Picture(Place upright) const;  ///< its inverse
+  [[nodiscard]] Place Picture(Place upright) const;  ///< inverse
 };
 [[nodiscard]] PictureMap MapOf(const HeadRig& rig);
 
-/// The part of an upright sensor that a window of the picture shows, with a margin for
-/// interpolation. Reaches beyond the sensor where the camera is turned.
+/// Returns the part of an upright sensor shown by a window of the picture, with a margin for
+/// interpolation. Extends beyond the sensor if the camera is rotated.
 [[nodiscard]] SensorWindow UprightWindow(const PictureMap& map, const SensorWindow& picture);
 
 /// Resamples an upright frame (cubic).
 void TurnPicture(const PictureMap& map, const SensorWindow& upright, const Frame& from,
                  const SensorWindow& picture, Frame& to);
 
-/// Where the head really is: what the drive was told, through backlash and a loose mount. Follows
-/// one machine; moments are told in their order.
+/// True position of the head: the drive's commands, through backlash and a loose mount. Follows one
+/// machine; calls must be in order of time.
 class RigMotion {
  public:
   RigMotion(const HeadRig& rig, const Random& random);
   void Settle(MachineView& machine);
-  /// The bed as a nozzle behind this backlash lays it. Travels between strands are taken as
-  /// straight. Keeps the last one: equal pointers, equal answers.
+  /// Returns the bed as laid with this backlash. Travels between strands are assumed straight.
+  /// Caches the last one: equal pointers, equal results.
   [[nodiscard]] std::shared_ptr<const Bed> Lay(const std::shared_ptr<const Bed>& bed);
 
  private:
@@ -158,7 +158,7 @@ class RigMotion {
 
 /// Writes the truth of a head as JSON (docs/reference/formats.md).
 /// @param eye  As drawn, before MountEye.
-/// Error (kInput): the file is there already or cannot be created.
+/// Error (kInput): the file exists already or cannot be created.
 [[nodiscard]] Result<void> WriteRigTruth(const std::filesystem::path& path, const MountedRig& rig,
                                          const HeadEye& eye, std::uint64_t seed);
 

@@ -71,7 +71,8 @@ PictureMap::Place MarkAt(const MountedRig& rig, const CameraMoment& moment) {
   return sum > 0 ? PictureMap::Place{x_sum / sum, y_sum / sum} : PictureMap::Place{-1, -1};
 }
 
-// By hand: a point right of the axis appears lower right to a camera turned counter-clockwise.
+// Derived by hand: a point right of the axis appears lower right to a camera turned
+// counter-clockwise.
 TEST(HeadRig, ACameraTurnedCounterClockwiseTurnsItsPictureClockwise) {
   HeadRig rig;
   rig.camera_turn_rad = 90 * kDegree;

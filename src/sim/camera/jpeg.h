@@ -1,4 +1,4 @@
-// JPEG, as cheap cameras deliver it.
+// JPEG with the quality of cheap cameras.
 #pragma once
 
 #include <cstdint>

@@ -15,7 +15,7 @@ namespace {
 constexpr double kRebuildEveryS = 2;
 constexpr double kDark_s = 10;  // between two sweeps of a scan the laser is off for less
 
-// A clean plate of the size that every world's printer has.
+// Returns a clean plate of the size of every world's printer.
 std::shared_ptr<const Bed> EmptyBed() {
   auto bed = std::make_shared<Bed>();
   bed->size_x_mm = PrinterTraits{}.bed_size_x_mm;
@@ -23,7 +23,7 @@ std::shared_ptr<const Bed> EmptyBed() {
   return bed;
 }
 
-// Whether people would wait for it: it prints, moves, heats, or cools down.
+// True if users would wait for it: it prints, moves, heats, or cools down.
 bool HasLongToGo(const VirtualKlipper& klipper) {
   constexpr double kHandWarm_c = 35;
   const auto changes = [](const Heater& heater) {
@@ -35,7 +35,7 @@ bool HasLongToGo(const VirtualKlipper& klipper) {
 }  // namespace
 
 double RawLessMonotonic() {
-  constexpr int kReadings = 5;  // of which a busy machine interrupts few
+  constexpr int kReadings = 5;  // a busy machine interrupts few of them
   double difference_s = 0;
   double narrowest_s = std::numeric_limits<double>::infinity();
   for (int i = 0; i < kReadings; ++i) {
@@ -119,7 +119,7 @@ std::shared_ptr<const Bed> MachineHost::bed(double monotonic_s) const {
     return bed_;
   }
   Result<Print> print = PrintInWorld(gcode, options_.seed, truth_s_);
-  // More than the printer's model takes (an hour, 100 m): the plate stays as it was.
+  // Beyond the limits of the printer's model (an hour, 100 m) the plate is unchanged.
   if (print) bed_ = std::make_shared<Bed>(std::move(print->bed));
   return bed_;
 }

@@ -1,4 +1,4 @@
-// The virtual machine in the host's time, for the server and the camera at once.
+// Virtual machine in host time, shared by the server and the camera.
 #pragma once
 
 #include <cstdint>
@@ -22,8 +22,8 @@ struct MachineOptions {
   std::optional<double>
       pressure_advance_s;  ///< the truth, 0.0001 … 10; drawn from the seed if absent
   double speed = 1;        ///< machine seconds per second of the host, > 0 … 1000
-  /// The same while it prints, moves, heats or cools down and the laser has been off for 10 s, so
-  /// that scans keep their speed and an idle machine its clock, > 0 … 1000; absent: `speed`.
+  /// Speed while it prints, moves, heats or cools down and the laser has been off for 10 s, > 0 …
+  /// 1000; absent: `speed`. Scans and an idle machine's clock are not accelerated.
   std::optional<double> hurry;
 };
 
@@ -34,19 +34,19 @@ class MachineHost final : public MachineSource {
   MachineHost(MachineOptions options, double start_s);
   ~MachineHost() override;
 
-  /// Lets the machine live up to that moment first: what was seen once stays so, however late the
-  /// server comes to its next command.
+  /// First advances the machine to that moment: a state once seen is final, however late the server
+  /// handles its next command.
   [[nodiscard]] MachineView At(double monotonic_s) const override;
-  /// Rebuilt where beads were finished, at most every two seconds while more are being laid.
-  /// Starting to print a file cleans the plate.
+  /// Rebuilt when beads were finished, at most every two seconds during printing. Starting to print
+  /// a file clears the plate.
   [[nodiscard]] std::shared_ptr<const Bed> bed(double monotonic_s) const override;
 
   [[nodiscard]] double MachineTime(double monotonic_s) const;
-  /// Runs a function with the machine to itself.
+  /// Runs a function with exclusive access to the machine.
   void With(const std::function<void(VirtualKlipper&)>& function) const;
-  /// The latest time that At() was asked for, and moved the machine to. Only within With().
+  /// Returns the latest time passed to At(), to which the machine was advanced. Only within With().
   [[nodiscard]] double latest_view_s() const { return latest_view_s_; }
-  /// K*: what a calibration should find.
+  /// Returns K*: the right result of a calibration.
   [[nodiscard]] double true_pressure_advance_s() const { return truth_s_; }
 
  private:
@@ -60,7 +60,7 @@ class MachineHost final : public MachineSource {
   mutable double latest_view_s_ = -1e9;  ///< host time
   mutable std::mutex mutex_;
   std::unique_ptr<VirtualKlipper> klipper_;
-  // The bed, behind a lock of its own: printing takes long.
+  // Bed, with its own lock: printing takes long.
   mutable std::mutex bed_mutex_;
   mutable std::shared_ptr<const Bed> bed_;
   mutable std::size_t bed_beads_ = 0;
@@ -68,7 +68,8 @@ class MachineHost final : public MachineSource {
   mutable double bed_built_s_ = -1e9;
 };
 
-/// CLOCK_MONOTONIC_RAW less CLOCK_MONOTONIC, s: Klipper tells the former, cameras the latter.
+/// Returns CLOCK_MONOTONIC_RAW minus CLOCK_MONOTONIC, s: Klipper reports the former, cameras the
+/// latter.
 [[nodiscard]] double RawLessMonotonic();
 
 }  // namespace trammel::sim

@@ -20,14 +20,14 @@ namespace {
 
 using nlohmann::ordered_json;
 
-constexpr double kNominalPxPerMm = 41;  // what the user believes; the eye's own scale differs
+constexpr double kNominalPxPerMm = 41;  // user's value; the camera's own scale differs
 
-// A line in the eye's frame, where it runs along +x or -x.
+// Line in the camera's frame, where it runs along +x or -x.
 struct PatternLine {
   double start_mm = 0;
-  double direction = 1;  // of printing, along x
+  double direction = 1;  // print direction, along x
   double across_mm = 0;
-  bool along_y = false;  // on the bed; the eye is then turned by a quarter
+  bool along_y = false;  // on the bed; the camera is then rotated by 90 degrees
 };
 
 PatternLine StrokeOf(const PlannedLine& line) {
@@ -41,7 +41,7 @@ PatternLine StrokeOf(const PlannedLine& line) {
   return stroke;
 }
 
-// Turns the bed so that its y axis becomes the eye's x axis.
+// Rotates the bed so that its y axis becomes the camera's x axis.
 Bed Turned(const Bed& bed) {
   Bed turned = bed;
   for (Strand& strand : turned.strands) {
@@ -52,7 +52,7 @@ Bed Turned(const Bed& bed) {
   return turned;
 }
 
-// Capture times from the first frame on, increasing.
+// Returns capture times from the first frame on, increasing.
 std::vector<double> CaptureTimes(int frames, double frames_per_s, double jitter_s, Random& random) {
   std::vector<double> times;
   for (int i = 0; i < frames; ++i) {
@@ -60,7 +60,7 @@ std::vector<double> CaptureTimes(int frames, double frames_per_s, double jitter_
         std::clamp(random.Normal(0, jitter_s), -0.4 / frames_per_s, 0.4 / frames_per_s);
     times.push_back(i / frames_per_s + jitter);
   }
-  // To the microsecond, as cameras report; times start at 0.
+  // Rounded to the microsecond, like a camera's times; times start at 0.
   const double first = times.front();
   for (double& time : times) time = std::round((time - first) * 1e6) / 1e6;
   return times;

@@ -1,4 +1,4 @@
-// Records a laser scan of a printed bed: a folder like one from a real printer.
+// Records a laser scan of a printed bed: a folder like that of a real printer.
 #pragma once
 
 #include <cstdint>
@@ -16,20 +16,20 @@ namespace trammel::sim {
 struct ScanOptions {
   int frame_width_px = kSensorWidthPx;    ///< 64 … 1280; smaller frames are windows of the sensor
   int frame_height_px = kSensorHeightPx;  ///< 64 … 720
-  int pattern = 0;                        ///< which pattern of the plan is scanned
+  int pattern = 0;                        ///< index of the scanned pattern
   double scan_speed_mm_s = 400.0 / 60;    ///< the paper's 400 mm/min; > 0 … 100
   int frames_per_s = 30;                  ///< 1 … 240
   double skip_mm = 4;                     ///< at either end of a line; the paper's
 };
 
-/// The paper's scan, or, of lines that change their speed before its skip ends, a faster one that
-/// begins nearer to their ends.
+/// Returns the paper's scan, or, for lines that change speed before its skip ends, a faster one
+/// that begins nearer to their ends.
 [[nodiscard]] ScanOptions ScanOptionsFor(const Plan& plan);
 
 /// Sweeps every line of one pattern along its print direction and writes scan.json with a video per
 /// line into a new folder.
-/// @param eye     Geometry and looks, for example from DrawLaserTraits.
-/// @param random  Names textures, speckle, noise and capture times: equal seeds, equal bytes.
+/// @param eye     Geometry and appearance, for example from DrawLaserTraits.
+/// @param random  Seeds textures, speckle, noise and capture times: equal seeds, equal bytes.
 /// Errors (kInput): the folder exists already, cannot be written, the plan has no such pattern, or
 /// its lines are too short to be scanned. Cost: about 0.7 ms a frame at 160 x 120, 15 ms at full
 /// size.
@@ -41,7 +41,7 @@ struct ScanOptions {
 [[nodiscard]] Result<void> WriteTruth(const std::filesystem::path& folder, const PrintTruth& truth,
                                       std::uint64_t seed, const std::string& condition);
 
-/// The same under any name.
+/// Does the same with any file name.
 [[nodiscard]] Result<void> WriteTruthFile(const std::filesystem::path& path,
                                           const PrintTruth& truth, std::uint64_t seed,
                                           const std::string& condition);

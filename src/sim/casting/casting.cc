@@ -60,7 +60,7 @@ double StockAt(const Freeform& part, const Vector3d& at_mm) {
     const Vector3d normal = SurfaceNormal(part, u);
     const Vector3d aside = off - off.dot(normal) * normal;
     if (aside.norm() < kStill_mm) break;
-    // Short of the whole way: a step along u changes the radius, too.
+    // Less than a full step: a step along u also changes the radius.
     constexpr double kShare = 0.7;
     u = (u + kShare * aside.cwiseQuotient(part.half_mm)).normalized();
   }
@@ -79,7 +79,7 @@ Eigen::Matrix3d DrawRotation(Random& random) {
       .toRotationMatrix();
 }
 
-// A spiral over the sphere, each direction moved a little.
+// Returns a spiral of directions over the sphere, each randomly shifted a little.
 std::vector<Vector3d> Directions(const CastingTraits& traits, Random& random) {
   std::vector<Vector3d> directions;
   const double golden = std::numbers::pi * (3 - std::sqrt(5.0));
@@ -94,15 +94,15 @@ std::vector<Vector3d> Directions(const CastingTraits& traits, Random& random) {
   return directions;
 }
 
-// How the stock at a point follows a small motion about the origin.
+// Computes the stock's derivative over a small motion about the origin.
 Six Row(const Vector3d& at_mm, const Vector3d& normal, double size_mm) {
   Six row;
   row << normal, at_mm.cross(normal) / size_mm;
   return row;
 }
 
-// Changes the stock of all points but the dents, as little as can be, until the pull of all of them
-// is what the dents take up.
+// Changes the stock of all points except the dents by the minimum amount that balances their
+// gradient with the dents' multipliers.
 void Balance(const std::vector<Six>& rows, const CastingTraits& traits, Casting& casting) {
   Six wanted = Six::Zero();
   Eigen::Matrix<double, 6, 6> normal = Eigen::Matrix<double, 6, 6>::Zero();
@@ -178,7 +178,7 @@ std::vector<Facet> FreeformFacets(const Freeform& part, int steps) {
   facets.reserve(12U * static_cast<std::size_t>(steps) * static_cast<std::size_t>(steps));
   for (int axis = 0; axis < 3; ++axis) {
     for (const int side : {-1, 1}) {
-      // The same whole numbers at an edge of the cube from either of its sides: the same corner.
+      // Uses the same integers at an edge of the cube from either of its sides: the same corner.
       const auto corner = [&](int i, int j) {
         Vector3d u;
         u[axis] = side * steps;

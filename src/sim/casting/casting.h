@@ -1,4 +1,4 @@
-// A part of one smooth surface, known exactly.
+// Part of one smooth surface, known exactly.
 #pragma once
 
 #include <Eigen/Core>
@@ -11,11 +11,11 @@
 
 namespace trammel::sim {
 
-/// Swells or dents the surface about one direction.
+/// Bump or dent of the surface about one direction.
 struct FreeformBump {
-  Eigen::Vector3d towards = Eigen::Vector3d::UnitX();  ///< of length 1
-  double height = 0;                                   ///< of the radius there, -0.3 … 0.3
-  double sharpness = 4;                                ///< the greater, the narrower
+  Eigen::Vector3d towards = Eigen::Vector3d::UnitX();  ///< unit vector
+  double height = 0;     ///< relative to the local radius, -0.3 … 0.3
+  double sharpness = 4;  ///< the greater, the narrower
 };
 
 /// X(u) = half ∘ u · (1 + Σ height · exp(sharpness (u · towards - 1))) over all directions u.
@@ -24,30 +24,30 @@ struct Freeform {
   std::vector<FreeformBump> bumps;
 };
 
-/// Six bumps drawn, so that no rotation takes the part to itself.
+/// Draws a part with six bumps, so that no rotation maps it to itself.
 [[nodiscard]] Freeform DrawFreeform(const Eigen::Vector3d& half_mm, std::uint64_t seed);
 
 /// @param u  of length 1
 [[nodiscard]] Eigen::Vector3d SurfacePoint(const Freeform& part, const Eigen::Vector3d& u);
 
-/// Outward, of length 1, from the exact derivatives.
+/// Returns the outward unit normal, from the exact derivatives.
 [[nodiscard]] Eigen::Vector3d SurfaceNormal(const Freeform& part, const Eigen::Vector3d& u);
 
-/// How far a place stands out of the surface: along the normal of the place nearest to it, found by
-/// iteration to 1e-10 mm. REQUIRES a place nearer than the surface's least radius of curvature.
+/// Computes the height of a place above the surface, along the normal of the nearest point, found
+/// by iteration to 1e-10 mm. REQUIRES a place nearer than the surface's least radius of curvature.
 [[nodiscard]] double StockAt(const Freeform& part, const Eigen::Vector3d& at_mm);
 
 struct CastingTraits {
   int points = 10'000;    ///< spread evenly over all directions
   double wanted_mm = 3;   ///< stock allowance that is aimed at
-  double least_mm = 0.5;  ///< that a point must have, guard and all
-  double waves_mm = 0.5;  ///< how much the stock undulates
+  double least_mm = 0.5;  ///< minimum at every point, including the guard
+  double waves_mm = 0.5;  ///< undulation of the stock
   int dents = 3;  ///< points with just the least, on which the best placement rests; 0 … 6
   double pressing_mm = 0.02;  ///< how hard it rests on each, as a shift of all stock
-  /// Stock allowance missing everywhere: no placement exists, and this is how much it lacks at
-  /// best.
+  /// Stock allowance missing everywhere: no feasible placement exists, and this is the minimum
+  /// shortage.
   std::optional<double> missing_mm;
-  /// Only directions with u · z above this, -1 … 1.
+  /// Lower limit of u · z of the directions seen, -1 … 1.
   double seen_from_z = -1;
 };
 
@@ -55,22 +55,22 @@ struct CastingTraits {
 struct Casting {
   std::vector<Eigen::Vector3d> ideal_mm;
   std::vector<Eigen::Vector3d> measured_mm;
-  std::vector<double> stock_mm;  ///< in the best placement
+  std::vector<double> stock_mm;  ///< at the best placement
   std::vector<bool> dent;
   Eigen::Matrix3d rotation = Eigen::Matrix3d::Identity();
   Eigen::Vector3d translation_mm = Eigen::Vector3d::Zero();
 };
 
-/// Points on the exact surface's normals. The stock is such that the placement in which it is meant
-/// satisfies the conditions of Karush, Kuhn and Tucker of the least squares to `wanted_mm` under
-/// `least_mm`: small motions of it are worse or take too much.
+/// Draws points on the exact surface's normals. The stock is chosen such that the intended
+/// placement satisfies the Karush-Kuhn-Tucker conditions of the least squares to `wanted_mm` under
+/// `least_mm`: small motions of it are worse or violate the minimum.
 [[nodiscard]] Casting DrawCasting(const Freeform& part, const CastingTraits& traits,
                                   std::uint64_t seed);
 
 /// Corners counter-clockwise seen from outside.
 using Facet = std::array<Eigen::Vector3d, 3>;
 
-/// 12 · steps² triangles with their corners on the surface, over the six sides of a cube.
+/// Returns 12 · steps² triangles with their corners on the surface, over the six sides of a cube.
 [[nodiscard]] std::vector<Facet> FreeformFacets(const Freeform& part, int steps);
 
 /// @param per_mm  units of the file in a mm

@@ -43,8 +43,8 @@ double BedForce(const ContactLaw& law, double depth_mm) {
   return law.stiffness_g_mm * law.reference_mm * (at.force + at.slope * beyond);
 }
 
-// Solves d = x + (1 - s) T (1 - exp(-x / (s T))) for x by Newton's method, which from 0 rises to
-// the root without passing it, as the right side is concave.
+// Solves d = x + (1 - s) T (1 - exp(-x / (s T))) for x by Newton's method, which from 0 converges
+// monotonically, as the right side is concave.
 double BehindExponentialToe(const ContactLaw& law, double depth_mm) {
   constexpr double kToMm = 1e-12;
   constexpr int kMostSteps = 100;
@@ -61,7 +61,7 @@ double BehindExponentialToe(const ContactLaw& law, double depth_mm) {
   return x_mm;
 }
 
-// Depth that the law sees behind the toe: the integral of the share of its stiffness that is there.
+// Returns the law's depth behind the toe: the integral of the effective share of its stiffness.
 double BehindToe(const ContactLaw& law, double depth_mm) {
   if (law.toe_kind == ToeKind::kExponential && law.toe_mm > 0) {
     return BehindExponentialToe(law, depth_mm);
@@ -101,7 +101,7 @@ double ContactDepth(const ContactLaw& law, double force_g) {
 
 namespace {
 
-// A start, a cruise and, unless the move is cut short, an end, over a distance.
+// Appends a start, a cruise and, unless the move is cut short, an end, over a distance.
 void AppendTrapezoid(std::vector<ZMove>& moves, double time_s, double z_mm, double direction,
                      double distance_mm, double speed_mm_s, double acceleration_mm_s2,
                      bool has_end) {
@@ -164,7 +164,7 @@ CellTraits With(void (*change)(CellTraits&)) {
   return traits;
 }
 
-// Laws reach 3500 gf/mm x 45 um at 45 um, but for the share that they are named after.
+// Laws have 3500 gf/mm x 45 um at 45 um, apart from the share that names them.
 const std::map<std::string, CellTraits, std::less<>>& Named() {
   static const std::map<std::string, CellTraits, std::less<>> named = {
       {"reference", CellTraits{}},

@@ -1,4 +1,4 @@
-// How hard a nozzle and a bed press on each other at a given depth.
+// Contact force of a nozzle and a bed at a given depth.
 #pragma once
 
 #include <cstdint>
@@ -21,14 +21,14 @@ enum class ContactKind {
   kYielding,   ///< F = k h D (1 - exp(-d/(h D))): gives way more and more, h is the knee
 };
 
-/// How the stiffness grows behind the toe, at the end to that of the bed alone.
+/// Increase of the stiffness behind the toe, at the end to that of the bed alone.
 enum class ToeKind {
   kRounded,      ///< evenly with depth, or at once: a film that is pressed flat
   kExponential,  ///< a film in series whose compliance falls exponentially with force: it is packed
 };
 
-/// Force against the depth by which the carriage is below the height of first touch. What gives way
-/// is all of it at once: bed, nozzle, cell and frame. Beyond D the law goes on along its tangent.
+/// Force over the carriage's depth below the height of first touch. The compliance is that of the
+/// whole: bed, nozzle, cell and frame. Beyond D the law continues along its tangent.
 struct ContactLaw {
   ContactKind kind = ContactKind::kLinear;
   double stiffness_g_mm = 3500;  ///< k, 1 … 1e6
@@ -37,10 +37,10 @@ struct ContactLaw {
       0;  ///< a, -0.45 … 5 (kTwoSlope: -0.95 … 5): force at D in excess of k D, as a share of it
   double exponent = 1;  ///< n of kPower, 0.4 … 3
   double knee = 0.5;    ///< of kTwoSlope and kYielding, as a share of D, 0.05 … 20
-  /// A soft film, burr or washer in front of all this: the stiffness is only toe_share of the law's
-  /// at first. kRounded: it rises to it between toe_mm (1 - toe_rounding) and
-  /// toe_mm (1 + toe_rounding). kExponential: d = x + (1 - s) T (1 - exp(-x / (s T))), with x the
-  /// depth that the law sees, T toe_mm and s toe_share; far below, both are equally deep.
+  /// Soft film, burr or washer in front of the contact: the initial stiffness is only toe_share of
+  /// the law's. kRounded: it rises to it between toe_mm (1 - toe_rounding) and toe_mm (1 +
+  /// toe_rounding). kExponential: d = x + (1 - s) T (1 - exp(-x / (s T))), with x the law's depth,
+  /// T toe_mm and s toe_share; far below, both are equally deep.
   ToeKind toe_kind = ToeKind::kRounded;
   double toe_mm = 0;                ///< 0 … 0.2
   double toe_share = 1;             ///< 0.02 … 1
@@ -49,10 +49,10 @@ struct ContactLaw {
   double sheet_stiffness_g_mm = 0;  ///< and so softly, 0 … 1e5
 };
 
-/// gf; 0 at and above the height of first touch. Never falls with depth.
+/// Returns the force, gf; 0 at and above the height of first touch. Never falls with depth.
 [[nodiscard]] double ContactForce(const ContactLaw& law, double depth_mm);
 
-/// The inverse, to 1e-9 mm; 0 for forces that are not positive.
+/// Computes the inverse, to 1e-9 mm; 0 for forces that are not positive.
 [[nodiscard]] double ContactDepth(const ContactLaw& law, double force_g);
 
 /// z(t) = start_z_mm + z_direction (start_velocity_mm_s dt + acceleration_mm_s2 dt^2 / 2).
@@ -65,26 +65,26 @@ struct ZMove {
   double z_direction = 0;  ///< -1 down, +1 up, 0 at rest
 };
 
-/// How a tap is made. Defaults: recorded taps of a Voron with an HX717.
+/// Motion of a tap. Defaults: recorded taps of a Voron with an HX717.
 struct TapMotion {
   double approach_speed_mm_s = 2;   ///< 0.05 … 50
-  double acceleration_mm_s2 = 350;  ///< of every start and end, 1 … 1e5
+  double acceleration_mm_s2 = 350;  ///< at every start and end, 1 … 1e5
   double approach_from_mm = 1.05;   ///< above the bed, 0.02 … 100
   double trigger_force_g = 75;      ///< 1 … 1e5
-  /// From the sample that triggers until the steps end, 0 … 0.5 s.
+  /// Time from the triggering sample until the steps end, 0 … 0.5 s.
   double stop_latency_s = 0.008;
   double told_after_s = 0.25;          ///< from the stop to the halt's entry in the queue, 0 … 5
-  double pause_s = 0.17;               ///< from there to the pull-back, 0 … 5
+  double pause_s = 0.17;               ///< from that entry to the pull-back, 0 … 5
   double pull_back_mm = 0.1;           ///< 0.005 … 5
   double pull_back_speed_mm_s = 0.32;  ///< 0.005 … 20; at 320 samples/s 1 um per sample
 };
 
-/// Start and cruise of the approach as they are cut short by the stop at `halt_z_mm`; as Klipper's,
+/// Returns start and cruise of the approach, cut short by the stop at `halt_z_mm`; as in Klipper,
 /// the approach has no deceleration. REQUIRES start_z_mm > halt_z_mm.
 [[nodiscard]] std::vector<ZMove> ApproachMoves(const TapMotion& motion, double start_time_s,
                                                double start_z_mm, double halt_z_mm);
 
-/// The halt's entry, then start, cruise and end of the pull-back. The cruise vanishes where the
+/// Returns the halt's entry, then start, cruise and end of the pull-back. Without cruise if the
 /// pull-back is too short to reach its speed.
 [[nodiscard]] std::vector<ZMove> PullBackMoves(const TapMotion& motion, double stop_time_s,
                                                double halt_z_mm);
@@ -94,49 +94,49 @@ struct ZState {
   double velocity_mm_s = 0;  ///< signed, up is positive
 };
 
-/// Before the first move: at its start. Between moves and after them: at rest where the last ended.
-/// REQUIRES moves in order of time, not empty.
+/// Returns the state; before the first move: at its start; between and after moves: at rest at the
+/// last end. REQUIRES moves in order of time, not empty.
 [[nodiscard]] ZState StateAt(std::span<const ZMove> moves, double time_s);
 
-/// How the head begins to rise after a press: what a Z drive does when it turns round.
+/// Start of the head's rise after a press: reversal of a Z drive.
 enum class Onset {
   kInstant,  ///< it follows at once
   kFlat,     ///< backlash: it stands until the drive has moved by onset_travel_mm
   kCurved,   ///< friction with elasticity: it begins softly and is there after a few of them
 };
 
-/// The contact.
+/// Traits of the contact.
 struct PressTraits {
   ContactLaw law;
   Onset onset = Onset::kInstant;
   double onset_travel_mm = 0;  ///< 0 … 0.1
-  /// A share of the force that a held press loses, with its time constant: part of what gives way
-  /// is viscous, so a dent stays for a while and the nozzle lets go earlier. 0 … 0.5; 0.001 … 100 s
+  /// Share of the force that a held press loses, with its time constant: part of the compliance is
+  /// viscous, so a dent remains for a while and the nozzle releases earlier. 0 … 0.5; 0.001 … 100 s
   double creep_share = 0;
   double creep_s = 0.2;
-  /// After the press the nozzle sticks to the bed until it pulls with so much, then snaps off. gf
+  /// Maximum adhesion of the nozzle to the bed after the press, before it snaps off. gf
   double stick_g = 0;
-  /// A blob under the nozzle: gives way plastically with so much force, is so high, and after the
-  /// press a thread of it pulls with thread_g at most, most of it at thread_mm above the bed.
+  /// Blob under the nozzle: force at which it yields plastically, its height, and after the press
+  /// the maximum pull thread_g of its thread, mainly at thread_mm above the bed.
   double blob_g = 0;
   double blob_mm = 0.1;
   double thread_g = 0;
   double thread_mm = 0.03;
-  /// A strand of plastic that is drawn out after the press: its tension rises to strand_g within a
-  /// few strand_onset_mm above the bed, falls as its section does when it stretches to several
-  /// strand_length_mm, and is gone once it snaps at strand_snap_mm.
+  /// Strand of plastic drawn out after the press: its tension rises to strand_g within a few
+  /// strand_onset_mm above the bed, falls with its cross-section when it stretches to several
+  /// strand_length_mm, and vanishes when it snaps at strand_snap_mm.
   double strand_g = 0;             ///< 0 … 1e4
   double strand_onset_mm = 0.002;  ///< 1e-6 … 5
   double strand_length_mm = 0.1;   ///< 1e-3 … 100
   double strand_snap_mm = 0.15;    ///< 1e-3 … 5
 };
 
-/// By how much the nozzle is above where a drive on its way down was told to be.
+/// Returns the nozzle's height above the commanded position of a descending drive.
 [[nodiscard]] inline double PlayOf(const PressTraits& press) {
   return press.onset == Onset::kInstant ? 0 : press.onset_travel_mm;
 }
 
-/// What else acts on the cell, and what is added on the way to the converter.
+/// Other forces on the cell, and noise before the converter.
 struct DisturbanceTraits {
   double noise_g = 2;           ///< white, of one sample at the converter's output
   double pink_g = 0;            ///< 1 sigma of 1/f noise from 0.02 Hz to half the sample rate
@@ -151,10 +151,10 @@ struct DisturbanceTraits {
   double hum_second = 0;  ///< amplitudes of its harmonics over the fundamental's
   double hum_third = 0;
   double ring_g = 0;     ///< amplitude of the frame's ringing after a stop at approach speed
-  double ring_hz = 60;   ///< of it …
+  double ring_hz = 60;   ///< its frequency …
   double ring_s = 0.05;  ///< … and the time constant with which it dies
-  /// A resonance of the structure through which a share of the bed's force reaches the cell, and
-  /// whose mass the drive accelerates: the break, starts and stops set it ringing.
+  /// Resonance of the structure that transmits a share of the bed's force to the cell, with a mass
+  /// that the drive accelerates: the break, starts and stops excite it.
   double mode_share = 0;       ///< 0 … 1
   double mode_mass_g = 0;      ///< 0 … 1e5 g
   double mode_hz = 12;         ///< 0.5 … 1e4
@@ -165,38 +165,38 @@ struct DisturbanceTraits {
   double slip_above_mm = 0.02;  ///< … as the nozzle rises past this height above the bed, -1 … 5 …
   double slip_s = 0.002;        ///< … within about this time, 1e-6 … 10
   double heater_g = 0;          ///< step while the heater draws current
-  double heater_hz = 10;        ///< of its pulse width modulation
+  double heater_hz = 10;        ///< pulse width modulation
   double heater_duty = 0.4;
 };
 
-/// The converter: HX711, HX717, ADS131 and their like.
+/// Converter: HX711, HX717, ADS131 and similar.
 struct ConverterTraits {
   double rate_hz = 320;  ///< 5 … 1e5
-  /// Boxcars of one sample each, one after the other, that the force passes through (a sinc
-  /// filter): 0 takes the force at the sample's time, 4 is an HX711. The force is read order/2
-  /// samples late.
+  /// Number of consecutive one-sample boxcar filters of the force (a sinc filter): 0 takes the
+  /// force at the sample's time, 4 is an HX711. The reading is delayed by order/2 samples.
   int filter_order = 0;       ///< 0 … 5
   double counts_per_g = 100;  ///< 0.01 … 1e5; rounds to whole counts
   double sign = 1;            ///< -1: a press counts downwards
-  double offset_g = 0;        ///< of the untared cell; what it reads without load
+  double offset_g = 0;        ///< untared cell's reading without load
   double saturation_g = 1e5;  ///< it reads no more than this either way, offset included
   double latency_s = 0;       ///< time stamps are so late besides; -0.02 … 0.1
-  /// The cell itself: a share of its reading follows the load only with the time constant, and on
-  /// the way down a share of the load stays in the reading, most at half the peak (hysteresis).
+  /// Errors of the cell itself: a share of its reading follows the load with the time constant, and
+  /// during unloading a share of the load remains in the reading, most at half the peak
+  /// (hysteresis).
   double creep_share = 0;       ///< 0 … 0.5
   double creep_s = 0.5;         ///< 1e-3 … 100
   double hysteresis_share = 0;  ///< -0.5 … 0.5
 };
 
-/// What goes wrong with samples after the converter. Shares are of all samples, 0 … 1; times are
-/// from the recording's first sample (of an impulse: from the cell's start); NaN: never.
+/// Faults of samples after the converter. Shares are of all samples, 0 … 1; times are from the
+/// recording's first sample (of an impulse: from the cell's start); NaN: never.
 struct SampleFaults {
   double drop_share = 0;            ///< not there
   double duplicate_time_share = 0;  ///< bear the time of the sample before
   double held_share = 0;            ///< bear the value of the sample before …
   bool held_regularly = false;      ///< … in turn, as from a host faster than the converter
   bool held_times = false;          ///< … and its time
-  double jitter = 0;                ///< of time stamps, their spread over the interval, 0 … 2
+  double jitter = 0;                ///< time stamp spread over the interval, 0 … 2
   double clock_step_at_s = __builtin_nan("");  ///< the samples' clock jumps …
   double clock_step_s = 0;                     ///< … by so much, -1 … 1
   double minus_one_share = 0;               ///< counts are -1: read before the converter was ready
@@ -215,15 +215,15 @@ struct CellTraits {
   SampleFaults faults;
 };
 
-/// A plausible cell on a plausible bed: every law, onset and converter occurs, disturbances are
-/// small, nothing is faulty.
+/// Draws a plausible cell on a plausible bed: every law, onset and converter occurs, disturbances
+/// are small, without faults.
 [[nodiscard]] CellTraits DrawCellTraits(Random& random);
 
-/// Cells by name: "reference" (320 samples/s, 2 gf, 3500 gf/mm) and the reference with one thing
-/// that is different.
+/// Returns the names of cells: "reference" (320 samples/s, 2 gf, 3500 gf/mm) and the reference with
+/// one change each.
 [[nodiscard]] std::vector<std::string> CellNames();
 
-/// Error (kInput): another name; the message lists what exists.
+/// Error (kInput): an unknown name; the message lists the known ones.
 [[nodiscard]] Result<CellTraits> CellByName(std::string_view name);
 
 }  // namespace trammel::sim

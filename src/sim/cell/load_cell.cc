@@ -92,13 +92,13 @@ namespace {
 constexpr int kFinePerSample = 16;
 constexpr double kImpulseS = 0.01;
 
-// Streams of what few cells have, so that the others keep their random numbers.
+// Separate random streams for rare traits, so that other cells' random numbers are unchanged.
 constexpr std::uint64_t kPinkStream = 101;
 constexpr std::uint64_t kSwingStream = 102;
 constexpr std::uint64_t kStampStream = 103;
 
-// Depth below first touch at which the force is that of the trigger; above it, less than 0, where
-// plastic under the nozzle suffices.
+// Returns the depth below first touch at the trigger force; negative, above it, if plastic under
+// the nozzle suffices.
 double TriggerDepth(const PressTraits& press, double force_g) {
   if (press.blob_g >= force_g) {
     return press.blob_mm * (std::pow(force_g / press.blob_g, 1 / kBlobShape) - 1);
@@ -123,7 +123,7 @@ LoadCell::LoadCell(const CellTraits& traits, double start_s, Random random)
 }
 
 double LoadCell::latency_s() const {
-  // A boxcar of n values is (n - 1) / 2 of their spacing late.
+  // A boxcar of n values has a delay of (n - 1) / 2 of their spacing.
   return traits_.converter.latency_s + traits_.converter.filter_order * 0.5 * (kFinePerSample - 1) /
                                            kFinePerSample / traits_.converter.rate_hz;
 }
@@ -157,7 +157,7 @@ double LoadCell::OutputNoise() {
 
 void LoadCell::Begin(double time_s, const NozzleState& nozzle) {
   begun_ = true;
-  // A head on its way down has taken up the play already.
+  // A descending head has already taken up the backlash.
   const double play_mm = nozzle.velocity_mm_s < 0 ? PlayOf(traits_.press) : 0;
   nozzle_z_mm_ = nozzle.z_mm + play_mm;
   velocity_mm_s_ = nozzle.velocity_mm_s;
@@ -177,7 +177,7 @@ void LoadCell::FollowDrive(double drive_z_mm) {
       play_mm = std::clamp(play_mm - moved_mm, 0.0, travel_mm);
       break;
     case Onset::kCurved: {
-      // Dahl's friction: what is left to give way falls exponentially with the way.
+      // Dahl's friction: the remaining compliance falls exponentially with the distance.
       const double kept = travel_mm > 0 ? std::exp(-std::abs(moved_mm) / travel_mm) : 0;
       play_mm = moved_mm > 0 ? play_mm * kept : travel_mm - (travel_mm - play_mm) * kept;
       break;
@@ -273,7 +273,7 @@ void LoadCell::NoteTruth(const Fine& now, double bed_g) {
   if (!touching_) return;
   const double span = last_.contact_g - now.contact_g;
   if (last_.contact_g > 0 && now.contact_g <= 0) {
-    // Without creep the depth is straight in time where the force may be curved.
+    // Without creep the depth is linear in time while the force may be curved.
     const double share = traits_.press.creep_share > 0
                              ? last_.contact_g / span
                              : last_.depth_mm / (last_.depth_mm - now.depth_mm);
@@ -341,7 +341,7 @@ double HaltZ(const CellTraits& traits, const TapMotion& motion, double surface_z
              Random& random) {
   const ConverterTraits& converter = traits.converter;
   const double trigger_mm = TriggerDepth(traits.press, motion.trigger_force_g);
-  // The sample that triggers is the first after the crossing, and it is late by its filter.
+  // The triggering sample is the first after the crossing, delayed by its filter.
   const double late_s = (random.Uniform() + 0.5 * converter.filter_order) / converter.rate_hz +
                         std::max(0.0, converter.latency_s) + motion.stop_latency_s;
   return surface_z_mm - PlayOf(traits.press) - trigger_mm - motion.approach_speed_mm_s * late_s;
@@ -358,7 +358,7 @@ void SampleCorruptor::Hold(CellSample& sample) {
   const SampleFaults& faults = traits_.faults;
   bool held = false;
   if (faults.held_regularly) {
-    // A converter's turn comes for a share 1 - held_share of the samples that the host takes.
+    // The converter advances for a share 1 - held_share of the samples that the host reads.
     hold_phase_ += 1 - faults.held_share;
     held = hold_phase_ < 1;
     hold_phase_ -= std::floor(hold_phase_);

@@ -1,4 +1,4 @@
-// What the structure, the plastic and the cell itself add to the bed's force over time.
+// Contributions of structure, plastic and the cell itself to the bed's force over time.
 #pragma once
 
 #include <algorithm>
@@ -12,11 +12,11 @@
 
 namespace trammel::sim {
 
-/// A damped resonance of the structure, advanced exactly for a drive that is constant in between.
+/// Damped resonance of the structure, advanced exactly for a piecewise constant drive.
 class StructureMode {
  public:
-  /// Advances by dt_s. @returns what ringing adds to the reading, gf: the mode's force less the
-  /// share of the bed's force that it carries at rest.
+  /// Advances by dt_s. @returns the ringing's contribution to the reading, gf: the mode's force
+  /// minus its static share of the bed's force.
   /// @param acceleration_mm_s2  mean of the drive's since the last call.
   [[nodiscard]] double Advance(const DisturbanceTraits& traits, double bed_g,
                                double acceleration_mm_s2, double dt_s);
@@ -27,7 +27,7 @@ class StructureMode {
   double rate_g_s_ = 0;
 };
 
-/// 1/f noise: sums processes that forget within times two octaves apart, all of one strength.
+/// 1/f noise: sums relaxation processes with time constants two octaves apart, all of one strength.
 class PinkNoise {
  public:
   PinkNoise(double rate_hz, Random random);
@@ -40,7 +40,7 @@ class PinkNoise {
   std::vector<double> values_;
 };
 
-/// A strand of plastic between nozzle and bed.
+/// Strand of plastic between nozzle and bed.
 class PlasticStrand {
  public:
   /// @returns its pull at a height above the bed, gf; touching the bed fastens a new one.
@@ -50,46 +50,44 @@ class PlasticStrand {
   bool fast_ = false;
 };
 
-/// A filament or cable that slips as the nozzle rises, once after each press.
+/// Filament or cable that slips as the nozzle rises, once after each press.
 class Slip {
  public:
-  /// Advances by dt_s. @returns what it adds to the reading, gf.
+  /// Advances by dt_s. @returns the contribution to the reading, gf.
   [[nodiscard]] double Force(const DisturbanceTraits& traits, double gap_mm, double dt_s);
 
  private:
   bool armed_ = false;
   double slips_ = 0;
-  double gone_ = 0;  ///< of the slips, how much has taken effect
+  double gone_ = 0;  ///< part of the slips that has taken effect
 };
 
-/// The cell's own creep and hysteresis.
+/// Creep and hysteresis of the cell.
 class CellMemory {
  public:
-  /// Advances by dt_s. @returns the load as the cell shows it, gf.
+  /// Advances by dt_s. @returns the load shown by the cell, gf.
   [[nodiscard]] double Advance(const ConverterTraits& traits, double load_g, double dt_s);
 
  private:
   bool begun_ = false;
-  double slow_g_ = 0;  ///< what the creeping part shows
-  double peak_g_ = 0;  ///< of the load since it was last none
+  double slow_g_ = 0;  ///< creeping part of the reading
+  double peak_g_ = 0;  ///< maximum load since the last zero
 };
 
-/// A blob of plastic is a dome, soft at first: its force grows with this power of how far it is
-/// squeezed, until it is flat.
+/// Exponent of a blob's force over its compression until it is flat: a dome is soft at first.
 inline constexpr double kBlobShape = 1.5;
 
-/// What moves the nozzle at one moment.
+/// Motion of the nozzle at one moment.
 struct NozzleState {
-  double z_mm = 0;           ///< as the drive was told
+  double z_mm = 0;           ///< commanded position
   double velocity_mm_s = 0;  ///< signed
-  double surface_z_mm = 0;   ///< where the bed below is first touched
+  double surface_z_mm = 0;   ///< first contact with the bed below
 };
 
-/// From time to the nozzle; asked in order of time.
+/// Motion of the nozzle over time; called in order of time.
 using NozzleAt = std::function<NozzleState(double time_s)>;
 
-/// One press as it really was. Heights are those the drive was told, as that is what a client
-/// knows.
+/// True course of one press. Heights are the drive's commanded ones, as a client knows only these.
 struct PressTruth {
   double touch_time_s = 0;    ///< the nozzle met the bed
   double touch_z_mm = 0;      ///< below the height of letting go by what the drive has of play
@@ -99,7 +97,7 @@ struct PressTruth {
   double peak_force_g = 0;
 };
 
-/// A sample as the converter hands it over.
+/// Sample as delivered by the converter.
 struct CellSample {
   double time_s = 0;
   double force_g = 0;  ///< counts over the scale, nothing tared
@@ -107,29 +105,29 @@ struct CellSample {
   bool saturated = false;
 };
 
-/// Physics and converter in one, advanced from sample to sample. What the nozzle meets depends on
-/// its whole path: play, creep, plastic.
+/// Physics and converter in one, advanced from sample to sample. The contact depends on the
+/// nozzle's whole path: backlash, creep, plastic.
 class LoadCell {
  public:
   /// REQUIRES valid traits. The first sample comes within one sampling interval of start_s.
   LoadCell(const CellTraits& traits, double start_s, Random random);
 
-  /// When the next sample will be there.
+  /// Returns the time of the next sample's arrival.
   [[nodiscard]] double next_time_s() const {
     return next_s_ + std::max(0.0, traits_.converter.latency_s);
   }
-  /// Advances to that time. Faults of the samples are left to SampleCorruptor.
+  /// Advances to the next sample. SampleCorruptor adds the samples' faults.
   [[nodiscard]] CellSample Next(const NozzleAt& nozzle);
-  /// By how much its readings are behind the force.
+  /// Returns the delay of its readings behind the force.
   [[nodiscard]] double latency_s() const;
-  /// Presses that have ended, oldest first; emptied.
+  /// Returns and removes the presses that have ended, oldest first.
   [[nodiscard]] std::vector<PressTruth> TakePresses();
 
  private:
   struct Fine {
     double time_s = 0;
     double drive_z_mm = 0;
-    double depth_mm = 0;   ///< of the nozzle below first touch
+    double depth_mm = 0;   ///< nozzle depth below first contact
     double contact_g = 0;  ///< the bed's force, were it able to pull
   };
   void Begin(double time_s, const NozzleState& nozzle);
@@ -146,14 +144,14 @@ class LoadCell {
   CellTraits traits_;
   Random random_;
   double start_s_;
-  double first_s_;  ///< of the samples
+  double first_s_;  ///< first sample
   double next_s_;
   long long samples_ = 0;
   bool begun_ = false;
   Fine last_;
   double speed_mm_s_ = 0;
   double nozzle_z_mm_ = 0;
-  double dent_g_ = 0;  ///< what the viscous part of the bed has given way by, as a force
+  double dent_g_ = 0;  ///< viscous yield of the bed, as a force
   double wander_g_ = 0;
   double blob_mm_ = 0;  ///< height of the plastic below the nozzle
   double blob_force_g_ = 0;
@@ -164,7 +162,7 @@ class LoadCell {
   std::vector<PressTruth> presses_;
   std::array<double, 3> hum_phase_rad_{};
   double heater_phase_ = 0;
-  double stopped_s_ = 0;     ///< when the head last came to rest at once …
+  double stopped_s_ = 0;     ///< time of the latest abrupt stop …
   double stopped_mm_s_ = 0;  ///< … and how fast it was
   std::array<std::vector<double>, 5> boxcars_;
   std::array<double, 5> boxcar_sums_{};
@@ -179,18 +177,18 @@ class LoadCell {
   double swing_phase_rad_ = 0;
 };
 
-/// Where the drive halts, as it was told, when the trigger's force is reached on the way down; the
-/// converter's interval and filter and the stop's latency come on top. REQUIRES valid traits and
-/// motion.
+/// Computes the commanded height of the drive's halt once the trigger's force is reached on the way
+/// down. The converter's interval and filter and the stop's latency are added. REQUIRES valid
+/// traits and motion.
 [[nodiscard]] double HaltZ(const CellTraits& traits, const TapMotion& motion, double surface_z_mm,
                            Random& random);
 
-/// The faults of samples, on their way from the converter.
+/// Faults of samples after the converter.
 class SampleCorruptor {
  public:
   /// @param first_time_s  what the faults' times are counted from.
   SampleCorruptor(const CellTraits& traits, double first_time_s, Random random);
-  /// Changes a sample; false where it gets lost. To be called for each, in order.
+  /// Changes a sample; false if it is lost. Called for each, in order.
   [[nodiscard]] bool Pass(CellSample& sample);
 
  private:
@@ -209,8 +207,8 @@ class SampleCorruptor {
 struct TapScene {
   TapMotion motion;
   double press_mm = 0.045;    ///< depth at the halt; 0: as the trigger and its latency bring it
-  double surface_z_mm = 0;    ///< where the bed is
-  double start_time_s = 100;  ///< of the approach
+  double surface_z_mm = 0;    ///< bed height
+  double start_time_s = 100;  ///< start of the approach
   double lead_s = 0.15;       ///< recorded before the nozzle meets the bed
   double tail_s = 0.32;       ///< and after the pull-back
 };
@@ -219,12 +217,12 @@ struct SimulatedTap {
   std::vector<double> time_s;
   std::vector<double> force_g;
   std::vector<ZMove> moves;
-  /// Absent where the pull-back is too short for the nozzle to let go.
+  /// Absent if the pull-back is too short for the nozzle to release.
   std::optional<PressTruth> truth;
-  double latency_s = 0;  ///< of the converter
+  double latency_s = 0;  ///< converter's latency
 };
 
-/// Taps once. REQUIRES valid traits and motion, press_mm >= 0.
+/// Simulates one tap. REQUIRES valid traits and motion, press_mm >= 0.
 [[nodiscard]] SimulatedTap SimulateTap(const CellTraits& traits, const TapScene& scene,
                                        Random& random);
 

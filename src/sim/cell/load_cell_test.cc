@@ -225,7 +225,7 @@ TEST(Converter, QuantisesSaturatesTurnsRoundAndShifts) {
 TEST(LoadCell, NoiseIsAsStrongAsSaidAndStrongerOnTheApproach) {
   CellTraits traits;
   traits.disturbance.approach_noise_g = 4;
-  // Of 4000 values: 1.1 % is one sigma of a standard deviation.
+  // For 4000 values, 1.1 % is one sigma of a standard deviation.
   constexpr int kCount = 4000;
   constexpr double kShare = 0.04;
   EXPECT_NEAR(StandardDeviation(Readings(traits, kCount)), 2, 2 * kShare);

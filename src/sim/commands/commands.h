@@ -1,4 +1,4 @@
-// The commands of trammel-sim: virtual machines, and what cameras and scanners see of their work.
+// Commands of trammel-sim: virtual machines, and the view of cameras and scanners on their work.
 #pragma once
 
 namespace CLI {
@@ -7,7 +7,7 @@ class App;
 
 namespace trammel::app {
 
-/// Each adds its command below `program`; the command stores its exit code (app/commands.h).
+/// Each adds its command to `program`; the command stores its exit code (app/commands.h).
 void AddSimScan(CLI::App& program, int& exit_code);
 void AddSimPhoto(CLI::App& program, int& exit_code);
 void AddSimPrinter(CLI::App& program, int& exit_code);

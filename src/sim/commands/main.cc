@@ -1,4 +1,4 @@
-// trammel-sim: virtual machines, to try trammel without hardware and to test it.
+// trammel-sim: virtual machines, to try and to test trammel without hardware.
 #include <CLI/CLI.hpp>
 
 #include "app/help_commands.h"

@@ -1,4 +1,4 @@
-// trammel-sim mill: be a milling machine with a camera in its spindle, over a printed board.
+// trammel-sim mill: simulates a milling machine with a camera in its spindle, over a printed board.
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
@@ -58,7 +58,7 @@ constexpr sim::NamedNumber<Switches> kSwitches[] = {
     {"dark-beyond-x", [](double v, Switches& s) { s.camera.dark_beyond_x_mm = v; }},
 };
 
-// Marks and codes of what `align targets --layout` left; plain discs are not printed.
+// Reads marks and codes written by `align targets --layout`; plain discs are not printed.
 Result<void> ReadSheet(const std::string& path, sim::BoardSetup& setup,
                        std::vector<sim::RingPattern>& patterns, std::vector<int>& numbers) {
   constexpr std::size_t kMostBytes = 20'000'000;
@@ -93,7 +93,7 @@ Result<void> ReadSheet(const std::string& path, sim::BoardSetup& setup,
   return {};
 }
 
-// The marks nearest to the sheet's four corners, by their place in the list from 1.
+// Returns the marks nearest to the sheet's four corners, by their index in the list from 1.
 std::vector<int> CornersOf(const sim::BoardSheet& sheet) {
   std::set<int> corners;
   for (const auto& [x, y] :
@@ -110,7 +110,7 @@ std::vector<int> CornersOf(const sim::BoardSheet& sheet) {
   return {corners.begin(), corners.end()};
 }
 
-// The same lens before a sensor of fewer, larger pixels.
+// Returns the same lens with a sensor of fewer, larger pixels.
 Result<sim::SpindleLens> LensOf(const SimMillArguments& arguments) {
   sim::SpindleLens lens = sim::AsRealCamera({});
   const auto size = ParseWholePair(arguments.frame);

@@ -1,4 +1,4 @@
-// trammel-sim printer: the virtual printer as a server, until it is interrupted.
+// trammel-sim printer: serves the virtual printer until it is interrupted.
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
@@ -45,7 +45,7 @@ struct PrinterArguments {
   std::string spool;  // empty: no Spoolman
 };
 
-// TOOL:X,Y, each named "tool T<number>" as klipper-toolchanger's users do.
+// Parses TOOL:X,Y, each named "tool T<number>" as usual with klipper-toolchanger.
 Result<std::vector<sim::ToolConfig>> ToolsOf(const std::vector<std::string>& texts) {
   constexpr int kMostTool = 99;
   std::vector<sim::ToolConfig> tools;

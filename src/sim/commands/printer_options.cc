@@ -93,7 +93,7 @@ Result<void> SetFault(const std::string& text, PrinterFaults* printer, CameraFau
 namespace {
 
 constexpr std::uint64_t kCellStream =
-    0x7a9;  // of the seed's generator; laser and print have others
+    0x7a9;  // generator stream of the seed; laser and print use others
 
 nlohmann::json TruthOf(const sim::ProbedTap& tap, std::size_t number) {
   nlohmann::json truth = {{"format", 1},
@@ -123,7 +123,7 @@ Result<std::optional<sim::LoadCellConfig>> LoadCellOf(const CellArguments& argum
     if (arguments.truth.empty() && !arguments.bed_height_mm && !arguments.pulls_back) return {};
     return Fail("--tap-truth, --bed-height and --pull-back need --load-cell");
   }
-  // Below the end stop, whatever the tilt, so that homing does not touch it.
+  // Below the end stop, whatever the tilt, so that homing does not touch the bed.
   constexpr double kLowestMm = -0.15;
   constexpr double kHighestMm = -0.05;
   constexpr double kSteepest = 1e-4;

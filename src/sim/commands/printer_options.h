@@ -1,5 +1,4 @@
-// What a virtual printer can be told on the command line: faults, a load cell, the truth of its
-// taps.
+// Command-line options of a virtual printer: faults, a load cell, the truth of its taps.
 #pragma once
 
 #include <cstdint>
@@ -26,29 +25,29 @@ struct PrinterFaults {
   sim::ServerFaults server;
 };
 
-/// Names, separated by commas.
+/// Returns the names, separated by commas.
 [[nodiscard]] std::string PrinterFaultNames();
 [[nodiscard]] std::string CameraFaultNames();
 
-/// Reads NAME=NUMBER into what the name belongs to.
-/// @param camera  null where there is no camera to go wrong.
-/// Error (kInput): another form, a number outside 0 … 1e6, or a name that is not there.
+/// Parses NAME=NUMBER into the fault of that name.
+/// @param camera  null if there is no camera.
+/// Error (kInput): another form, a number outside 0 … 1e6, or an unknown name.
 [[nodiscard]] Result<void> SetFault(const std::string& text, PrinterFaults* printer,
                                     std::vector<sim::CameraFault>* camera);
 
 struct CellArguments {
-  std::string name;  ///< of sim::CellNames(), "drawn", or empty: no load cell
+  std::string name;  ///< from sim::CellNames(), "drawn", or empty: no load cell
   std::optional<double> bed_height_mm;
   bool pulls_back = false;
   std::string truth;  ///< new file for the taps' truth; empty: none
 };
 
-/// The load cell, or none. What is not said is drawn from the seed.
-/// Error (kInput): there is no such cell, or a truth is wanted without one.
+/// Returns the load cell, if any. Missing values are drawn from the seed.
+/// Error (kInput): there is no such cell, or a truth file is requested without one.
 [[nodiscard]] Result<std::optional<sim::LoadCellConfig>> LoadCellOf(const CellArguments& arguments,
                                                                     std::uint64_t seed);
 
-/// A line of JSON for each tap, as soon as the nozzle has let go.
+/// Writes a line of JSON for each tap, as soon as the nozzle has released.
 class TapTruthFile {
  public:
   /// Error (kInput): the file exists or cannot be written.
@@ -68,13 +67,13 @@ struct CameraArguments {
   double frames_per_s = 30;      ///< per second of the machine
   bool rig_error = false;        ///< the head is built as the seed says, not as the paper draws it
   std::vector<std::string> rig;  ///< NAME=NUMBER, after what is drawn
-  std::string truth_file;        ///< of each frame; empty: none
+  std::string truth_file;        ///< truth per frame; empty: none
   std::string rig_truth;         ///< a new file; empty: none
 
   [[nodiscard]] bool rigged() const { return rig_error || !rig.empty() || !rig_truth.empty(); }
 };
 
-/// What the camera has to know of the world beside the machine's state.
+/// Properties of the world beside the machine's state, for the camera.
 struct MachineWorld {
   std::uint64_t seed = 0;
   sim::Condition condition;
@@ -83,8 +82,8 @@ struct MachineWorld {
 
 void AddCameraOptions(CLI::App& command, CameraArguments& arguments);
 
-/// Errors: (kInput) a frame's size that is none; a rig's value; a truth file that is there; and
-/// those of CameraServer::Start.
+/// Errors: (kInput) an invalid frame size; a rig's value; an existing truth file; and those of
+/// CameraServer::Start.
 [[nodiscard]] Result<std::unique_ptr<sim::CameraServer>> StartCamera(
     const CameraArguments& arguments, const std::vector<sim::CameraFault>& faults,
     const MachineWorld& world, std::shared_ptr<const sim::MachineSource> machine);

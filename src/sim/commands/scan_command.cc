@@ -1,5 +1,4 @@
-// trammel-sim scan, trammel-sim photo: print G-code virtually and take a recording or a photo of
-// it.
+// trammel-sim scan, trammel-sim photo: print G-code virtually and record a scan or a photo of it.
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
@@ -98,7 +97,7 @@ Result<void> RecordConditions(const ScanArguments& arguments) {
 }
 
 void AddSeed(CLI::App& command, std::uint64_t& seed) {
-  // Without the check CLI11 takes -1 for the largest seed there is.
+  // Without the check CLI11 takes -1 for the largest possible seed.
   command.add_option("--seed", seed, "names the whole world")
       ->check(SeedNumber())
       ->capture_default_str();

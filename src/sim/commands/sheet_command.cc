@@ -1,4 +1,4 @@
-// trammel-sim sheet: print a comb pattern virtually and scan the sheet.
+// trammel-sim sheet: prints a comb pattern virtually and scans the sheet.
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
@@ -41,7 +41,7 @@ void SetWrinkle(double amplitude_mm, sim::SheetPaper& paper) {
   }
 }
 
-// The one fold of the paper.
+// Returns the paper's only fold.
 sim::PaperFold& FoldOf(sim::SheetPaper& paper) {
   if (paper.folds.empty()) paper.folds.emplace_back();
   return paper.folds.front();
@@ -49,7 +49,7 @@ sim::PaperFold& FoldOf(sim::SheetPaper& paper) {
 
 constexpr double kDegree = std::numbers::pi / 180;
 
-/// Machine and paper: what the print depends on.
+/// Machine and paper, which determine the print.
 struct SheetWorld {
   sim::SheetMachine machine;
   sim::SheetPaper paper;
@@ -149,7 +149,7 @@ struct SimSheetArguments {
   sim::SheetName name;
   std::string scene = "black-on-white";
   bool ideal = false;
-  // The machine.
+  // Machine.
   std::string firmware;
   std::string macros;
   std::string before;
@@ -158,14 +158,14 @@ struct SimSheetArguments {
   std::vector<std::string> stored;
   std::vector<int> missing;
   int reference = 0;
-  // The scanner.
+  // Scanner.
   double dpi = 600;
   std::vector<std::string> settings;
   bool mirrored = false;
   bool colour = false;
   int bits = 8;
   std::string says_dpi;
-  // A phone in its place.
+  // Phone instead of the scanner.
   bool photo = false;
   std::vector<std::string> photo_settings;
   int jpeg_quality = 90;
@@ -196,7 +196,8 @@ Result<sim::SheetSetup> SetupOf(const SimSheetArguments& arguments, const std::s
   return setup;
 }
 
-// The machine whose lines are off by --offset while its firmware has stored what --stored says.
+// Returns the machine whose lines are off by --offset while its firmware has the stored offsets of
+// --stored.
 Result<sim::SheetMachine> MachineOf(const SimSheetArguments& arguments, sim::SheetScene scene,
                                     const sim::SheetSetup& setup) {
   sim::SheetMachine machine = sim::MachineOf(arguments.name, scene);
@@ -225,7 +226,7 @@ Result<sim::SheetMachine> MachineOf(const SimSheetArguments& arguments, sim::She
   return machine;
 }
 
-// Draws the original generator's sheet, and writes its G-code where that is wanted.
+// Draws the original generator's sheet, and writes its G-code if requested.
 Result<std::string> OriginalOf(const SimSheetArguments& arguments) {
   sim::OriginalSheet original;
   original.tools = arguments.original;
@@ -269,7 +270,7 @@ Result<sim::PrintedSheet> Print(const SimSheetArguments& arguments, sim::SheetSc
   }
   for (const std::string& setting : arguments.settings) {
     const auto named = TRY(sim::ParseNamedValue("--set", setting));
-    sim::ScannerTraits scanner;  // which follows once the print is there
+    sim::ScannerTraits scanner;  // set up once the print is complete
     if (!TRY(sim::SetNamed(kSheetNumbers, named, world)) &&
         !TRY(sim::SetNamed(kScannerNumbers, named, scanner))) {
       return sim::NoSuchName("--set", setting, SettingNames());
@@ -320,15 +321,15 @@ Result<sim::PageFileOptions> FileOptionsOf(const SimSheetArguments& arguments) {
   return Fail(fmt::format("--says-dpi {}: must be a number or none", says.substr(0, 40)));
 }
 
-// The phone that takes this photo of the print. All photos of one print show the same paper and
-// lines, and are by the same phone.
+// Returns the phone of this photo of the print. All photos of one print show the same paper and
+// lines, and are taken by the same phone.
 sim::PhoneTraits PhoneFor(const sim::SheetName& name, const sim::PrintedSheet& sheet) {
   sim::PhoneTraits phone = sim::DrawPhone(sheet, sim::ScanningOf(name).Fork(0));
   if (name.scan == 0) return phone;
   sim::SheetName first_name = name;
   first_name.scan = 0;
   const sim::PhoneTraits first = sim::DrawPhone(sheet, sim::ScanningOf(first_name).Fork(0));
-  // As large in the picture as drawn.
+  // Same size in the picture as drawn.
   phone.distance_mm *= first.focal_px / phone.focal_px;
   phone.focal_px = first.focal_px;
   phone.radial = first.radial;
@@ -344,7 +345,7 @@ sim::PhoneTraits PhoneFor(const sim::SheetName& name, const sim::PrintedSheet& s
   return phone;
 }
 
-// A phone's photo in place of a scan.
+// Takes a phone's photo instead of a scan.
 Result<void> Photograph(const SimSheetArguments& arguments, const sim::PrintedSheet& sheet) {
   sim::PhoneTraits phone;
   if (!arguments.ideal) phone = PhoneFor(arguments.name, sheet);
@@ -461,7 +462,7 @@ void AddSimSheet(CLI::App& parent, int& exit_code) {
   AddOriginalOptions(*sheet, *arguments);
   sheet->add_option("-o,--out", arguments->out, "new .png or .jpg file")->required();
   sheet->add_option("--truth", arguments->truth, "new JSON file for what is true");
-  // Without the checks CLI11 takes -1 for the largest number there is.
+  // Without the checks CLI11 takes -1 for the largest possible number.
   sheet->add_option("--seed", arguments->name.seed, "names the machine")
       ->check(SeedNumber())
       ->capture_default_str();

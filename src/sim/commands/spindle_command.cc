@@ -1,4 +1,5 @@
-// trammel-sim spindle: clamp a camera virtually, look at a part, leave pictures and the truth.
+// trammel-sim spindle: clamps a camera virtually, takes pictures of a part, and writes them with
+// the truth.
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
@@ -32,7 +33,7 @@ namespace trammel::app {
 
 namespace {
 
-/// The whole virtual spindle: machine, clamping, part, and how its camera sees.
+/// Virtual spindle: machine, clamping, part, and the camera's image quality.
 struct SpindleShop {
   sim::SpindleSetup setup;
   sim::SpindlePicture picture;
@@ -78,7 +79,7 @@ constexpr std::size_t kMostBytes = 100'000'000;
 constexpr std::size_t kMostViews = 1000;
 constexpr double kSame = 1e-5;
 
-// The turn about the spindle's axis that takes its frame at C = 0 to this one.
+// Returns the rotation about the spindle's axis from its frame at C = 0 to this one.
 std::optional<double> AngleOf(const nlohmann::json& rows, const sim::SpindleMachine& machine) {
   const sim::Turn home = sim::SpindleTurn(machine, 0);
   sim::Turn turn = home;
@@ -103,8 +104,7 @@ std::optional<double> AngleOf(const nlohmann::json& rows, const sim::SpindleMach
   return c_rad;
 }
 
-// The places and turns of a file of observations (docs/reference/formats.md); nothing else of it is
-// read.
+// Reads only the positions and rotations of a file of observations (docs/reference/formats.md).
 Result<std::vector<sim::SpindleStop>> ReadSpindleStops(const std::filesystem::path& path,
                                                        const sim::SpindleMachine& machine) {
   const auto json = TRY(files::ReadJsonFile(path, kMostBytes));
@@ -241,7 +241,7 @@ Result<void> WriteText(const std::string& text, const std::filesystem::path& pat
   return files::WriteWholeFile(path, text, files::IfThere::kRefuse);
 }
 
-// Makes the folder before anything is drawn, so that a typing error costs no minute.
+// Creates the folder before drawing, so that a typing error does not cost a minute.
 Result<void> MakeFolder(const std::filesystem::path& out) {
   std::error_code fault;
   if (std::filesystem::exists(out, fault)) {
@@ -274,7 +274,7 @@ Result<void> SimulateSpindle(const SimSpindleArguments& arguments) {
   if (arguments.clamp_angle_rad) world.clamping.angle_rad = *arguments.clamp_angle_rad;
   const std::filesystem::path out = arguments.out;
   TRY(MakeFolder(out));
-  // Whole targets only: what is nearer to the edge has no centre that can be measured.
+  // Whole targets only: the centre of one nearer to the edge cannot be measured.
   const double margin_px =
       patterns.front().ground_radius_mm * sim::FocalPx(setup.lens) / arguments.distance_mm;
   const auto observations = sim::ObservationsJson(world, arguments.name, margin_px);
@@ -325,7 +325,7 @@ void AddSimSpindle(CLI::App& parent, int& exit_code) {
       "spindle", "clamp a virtual camera into a spindle and look at a part's targets");
   spindle->add_option("-o,--out", arguments->out, "new folder for pictures, observations and truth")
       ->required();
-  // Without the checks CLI11 takes -1 for the largest number there is.
+  // Without the checks CLI11 takes -1 for the largest possible number.
   spindle->add_option("--seed", arguments->name.seed, "names part and machine")
       ->check(SeedNumber())
       ->capture_default_str();

@@ -17,7 +17,7 @@ bool IsAlpha(char c) { return std::isalpha(static_cast<unsigned char>(c)) != 0; 
 bool IsDigit(char c) { return std::isdigit(static_cast<unsigned char>(c)) != 0; }
 bool IsKey(char c) { return IsAlpha(c) || c == '_'; }
 
-// Text for a message: short and without control characters.
+// Returns text for a message: short and without control characters.
 std::string Quotable(std::string_view text) {
   std::string shown;
   for (const char c : text.substr(0, 40)) {
@@ -26,7 +26,7 @@ std::string Quotable(std::string_view text) {
   return text.size() > 40 ? shown + "..." : shown;
 }
 
-// A value runs to the next letter or space, so that "X1e" keeps its fault.
+// A value ends at the next letter or space, so that the fault in "X1e" is detected.
 void ParseSingleLetters(std::string_view text, Command& command) {
   text = text.substr(0, text.find('*'));
   for (std::size_t i = 0; i < text.size();) {
@@ -46,7 +46,7 @@ void ParseSingleLetters(std::string_view text, Command& command) {
   }
 }
 
-// Runs of letters and underscores are keys, what stands between them are values.
+// Runs of letters and underscores are keys, the text between them values.
 void ParseRuns(std::string_view text, Command& command) {
   for (std::size_t i = 0; i < text.size();) {
     if (!IsKey(text[i])) {
@@ -63,7 +63,7 @@ void ParseRuns(std::string_view text, Command& command) {
   }
 }
 
-// KEY=VALUE words; quotes hold blanks together.
+// Parses KEY=VALUE words; quotes enclose blanks.
 void ParseLong(std::string_view text, Command& command) {
   text = text.substr(0, text.find('#'));
   while (!(text = Trimmed(text)).empty()) {

@@ -1,4 +1,4 @@
-// One line of G-code taken apart: a command's name and its parameters.
+// One parsed line of G-code: a command's name and its parameters.
 #pragma once
 
 #include <map>
@@ -10,11 +10,11 @@
 
 namespace trammel::sim {
 
-/// A command such as {"G1", {{"X", "10"}}} or {"SET_VELOCITY_LIMIT", {{"ACCEL", "3000"}}}. Names
-/// and keys are upper case; values are as written.
+/// Command such as {"G1", {{"X", "10"}}} or {"SET_VELOCITY_LIMIT", {{"ACCEL", "3000"}}}. Names and
+/// keys are upper case; values are as written.
 struct Command {
   int line = 0;      ///< from 1
-  std::string text;  ///< as written, without comment and outer blanks
+  std::string text;  ///< as written, trimmed, without comment
   std::string name;  ///< empty on a line without a command
   std::map<std::string, std::string> parameters;
   std::string rest;   ///< everything after the name, as written
@@ -29,28 +29,28 @@ struct Command {
   }
 };
 
-/// How the parameters of G and M commands are cut.
+/// Syntax of the parameters of G and M commands.
 enum class Letters {
   kSingle,  ///< single letters with numbers, "G1X10Y20" and exponents included
   kRuns,    ///< runs of letters are keys, as in Klipper: "YQ" is one key without a value
 };
 
-/// Drops comments, line numbers and checksums and splits the rest. Long commands take KEY=VALUE.
-/// Never fails: what cannot be read is in `fault`, or fails where it is used.
+/// Drops comments, line numbers and checksums and splits the rest. Long commands have KEY=VALUE.
+/// Never fails: unreadable text is in `fault`, or fails where it is used.
 [[nodiscard]] Command ParseCommand(std::string_view line, int line_number,
                                    Letters letters = Letters::kSingle);
 
-/// Text as a finite number, a plus sign allowed; absent where it is none.
+/// Parses text as a finite number, with optional plus sign; absent otherwise.
 [[nodiscard]] std::optional<double> ToNumber(std::string_view text);
 
-/// A closed range of allowed values.
+/// Closed range of allowed values.
 struct Bound {
   double lo = 0;
   double hi = 0;
 };
 
-/// The number of a parameter; absent where the command does not have it. Error (kInput): not a
-/// finite number or out of bounds, naming line, key, value and bound.
+/// Returns a parameter's number; absent if the command lacks it. Error (kInput): not a finite
+/// number or out of bounds, with line, key, value and bound.
 [[nodiscard]] Result<std::optional<double>> NumberOf(const Command& command, const std::string& key,
                                                      const Bound& bound);
 

@@ -9,7 +9,7 @@ namespace {
 constexpr double kKeptS = 30;
 constexpr double kTareS = 1.0 / 15;  // Klipper's tare_time: four periods of 60 Hz
 
-// As Klipper tells times and forces.
+// Rounds like Klipper's times and forces.
 double Rounded(double value) { return std::round(value * 1e6) / 1e6; }
 
 }  // namespace

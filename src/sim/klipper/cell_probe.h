@@ -1,4 +1,4 @@
-// The virtual printer's load cell: its stream of readings, and the taps that PROBE makes with it.
+// Virtual printer's load cell: its stream of readings, and PROBE's taps with it.
 #pragma once
 
 #include <deque>
@@ -11,7 +11,7 @@
 
 namespace trammel::sim {
 
-/// One row of load_cell/dump_force. Print time; force_g is tared.
+/// Row of load_cell/dump_force. Print time; force_g is tared.
 struct ForceReading {
   double time_s = 0;
   double force_g = 0;
@@ -19,39 +19,39 @@ struct ForceReading {
   long long tare_counts = 0;
 };
 
-/// A tap as it is told to clients, and as it really was. Times are print time.
+/// Tap as reported to clients, and its truth. Times are print time.
 struct ProbedTap {
   double x_mm = 0;
   double y_mm = 0;
   std::vector<double> time_s;
   std::vector<double> force_g;
   std::vector<ZMove> moves;
-  double reported_z_mm = 0;  ///< what the virtual firmware makes of it: where the head stopped
+  double reported_z_mm = 0;  ///< virtual firmware's result: the head's stop
   double surface_z_mm = 0;
-  double latency_s = 0;             ///< of the converter
+  double latency_s = 0;             ///< converter's latency
   std::optional<PressTruth> truth;  ///< absent until the nozzle lets go
 };
 
-/// The cell in print time. Begins anew where Klipper does.
+/// Cell in print time. Restarts with Klipper.
 class CellProbe {
  public:
   /// REQUIRES valid traits and motion.
   explicit CellProbe(const LoadCellConfig& config);
 
-  /// Takes all samples up to a print time. Does not go back.
+  /// Produces all samples up to a print time. Does not go back.
   void Advance(double print_time_s, const NozzleAt& nozzle);
-  /// Height of the bed at a place.
+  /// Returns the height of the bed at a position.
   [[nodiscard]] double SurfaceZ(double x_mm, double y_mm) const;
-  /// Where an approach at this place halts; each approach has luck of its own.
+  /// Returns the height at which an approach at this place halts; each approach is random.
   [[nodiscard]] double NextHaltZ(const TapMotion& motion, double x_mm, double y_mm);
-  /// Takes what it reads now for no force, and the present for the time that faults count from.
+  /// Sets the current reading to zero force, and the present as the origin of faults' times.
   void Tare(double print_time_s);
-  /// The last press that began since then, once it has ended.
+  /// Returns the last press that began since then, once it has ended.
   [[nodiscard]] std::optional<PressTruth> EndedPress(double since_s) const;
-  /// A tap of the samples in a window, without its moves.
+  /// Returns a tap of the samples in a window, without its moves.
   [[nodiscard]] ProbedTap Collect(double from_s, double until_s);
 
-  /// Readings of the last 30 s, oldest first, after so many that were forgotten.
+  /// Returns the readings of the last 30 s, oldest first, after the number that was discarded.
   [[nodiscard]] const std::deque<ForceReading>& readings() const { return readings_; }
   [[nodiscard]] std::size_t forgotten() const { return forgotten_; }
   [[nodiscard]] long long tare_counts() const { return tare_counts_; }

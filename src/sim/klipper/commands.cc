@@ -1,4 +1,4 @@
-// Numbers of commands, with Klipper's words for what is wrong with them.
+// Parses numbers of commands, with Klipper's error messages.
 #include "sim/klipper/commands.h"
 
 #include <fmt/format.h>

@@ -1,4 +1,4 @@
-// The G-code commands of the virtual Klipper.
+// G-code commands of the virtual Klipper.
 #pragma once
 
 #include <array>
@@ -13,41 +13,42 @@
 
 namespace trammel::sim {
 
-/// Of klipper-toolchanger, in the order of ToolConfig::offset_mm.
+/// Names of klipper-toolchanger, in the order of ToolConfig::offset_mm.
 inline constexpr std::array<const char*, 3> kToolOffsetNames = {"gcode_x_offset", "gcode_y_offset",
                                                                 "gcode_z_offset"};
 
-/// What a number must keep to.
+/// Bounds of a number.
 struct NumberRule {
   std::optional<double> minimum;
   std::optional<double> above;
   std::optional<double> maximum;
 };
 
-/// A finite number of a long command or a parameter letter; absent where it is not given. The error
-/// is Klipper's: "Error on 'SET_PRESSURE_ADVANCE ADVANCE=-1': ADVANCE must have minimum of 0.0".
+/// Returns a finite number of a long command or a parameter letter; absent if it is not given. The
+/// error is Klipper's: "Error on 'SET_PRESSURE_ADVANCE ADVANCE=-1': ADVANCE must have minimum of
+/// 0.0".
 [[nodiscard]] Result<std::optional<double>> FloatOf(const Command& line, const std::string& key,
                                                     const NumberRule& rule = {});
 
-/// The same, required: "Error on '…': missing ADVANCE".
+/// Returns the same, required: "Error on '…': missing ADVANCE".
 [[nodiscard]] Result<double> RequiredFloat(const Command& line, const std::string& key,
                                            const NumberRule& rule = {});
 
 [[nodiscard]] Result<std::string> RequiredText(const Command& line, const std::string& key);
 
-/// A number as Python prints it: 0.0, 1.5.
+/// Formats a number as Python does: 0.0, 1.5.
 [[nodiscard]] std::string PythonNumber(double value);
 
-/// What a command leaves to be done before the next line of its script.
+/// Steps of a command before the next line of its script.
 struct Outcome {
   Wait wait;                       ///< empty: nothing to wait for
-  std::vector<std::string> lines;  ///< to be read next
+  std::vector<std::string> lines;  ///< next lines to read
 };
 
 using Handler = Result<Outcome> (*)(VirtualKlipper&, const Command&);
 
-/// Finds and runs a command. Unknown ones are told as a response and are no error. Errors are in
-/// Klipper's words.
+/// Finds and runs a command. Unknown ones are reported as a response, without an error. Errors have
+/// Klipper's wording.
 [[nodiscard]] Result<Outcome> RunCommand(VirtualKlipper& machine, const Command& line);
 
 /// One table per family of commands.
@@ -56,19 +57,19 @@ using Handler = Result<Outcome> (*)(VirtualKlipper&, const Command&);
 [[nodiscard]] const std::map<std::string, Handler>& HeatCommands();
 [[nodiscard]] const std::map<std::string, Handler>& HostCommands();
 [[nodiscard]] const std::map<std::string, Handler>& VariableCommands();
-/// Only where there is a load cell.
+/// Only with a load cell.
 [[nodiscard]] const std::map<std::string, Handler>& ProbeCommands();
-/// Only where there are tools.
+/// Only with tools.
 [[nodiscard]] const std::map<std::string, Handler>& ToolCommands();
-/// All tables of a machine, in the order in which commands are looked up.
+/// Returns all tables of a machine, in lookup order.
 [[nodiscard]] std::vector<const std::map<std::string, Handler>*> CommandTables(
     const VirtualKlipper& machine);
 
-/// Whether it is T0, T1, ... of a tool that the machine has.
+/// True if it is T0, T1, ... of an existing tool.
 [[nodiscard]] bool IsToolChange(const VirtualKlipper& machine, const std::string& name);
 [[nodiscard]] Result<Outcome> ChangeTool(VirtualKlipper& machine, const Command& line);
 
-/// Waits until everything queued has been made.
+/// Waits until everything queued has been executed.
 [[nodiscard]] Outcome WaitForMoves(VirtualKlipper& machine);
 
 /// Queues a straight move to x, y, z, e; the wait is for room in the queue.

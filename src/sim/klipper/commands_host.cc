@@ -51,7 +51,7 @@ Result<Outcome> RestartCommand(VirtualKlipper& machine, const Command&) {
   return Outcome{};
 }
 
-// Only tools ever have something to save. What stands in an included file stays as it is there.
+// Only tools have anything to save. Included files are unchanged.
 Result<Outcome> SaveConfig(VirtualKlipper& machine, const Command&) {
   if (!machine.save_config_pending) return Outcome{};
   for (const ToolConfig& tool : machine.tool_configs()) {
@@ -112,7 +112,7 @@ Result<Outcome> PrintFile(VirtualKlipper& machine, const Command& line) {
 }
 
 Result<Outcome> ResetFile(VirtualKlipper& machine, const Command&) {
-  // From the console a print ends by that; the file itself could not go on.
+  // From the console this ends a print; the file itself could not continue.
   machine.print = {};
   return Outcome{};
 }
@@ -185,7 +185,7 @@ Result<void> CheckGuard(const VirtualKlipper& machine, const MacroGuard& guard) 
   return Fail(fmt::format("trammel: no contact, {}: {}", text(guard.kept), text(guard.because)));
 }
 
-// What stands for "{NAME|default|factor}", without the braces.
+// Returns the value of "{NAME|default|factor}", here without the braces.
 std::string Placed(const VirtualKlipper& machine, const Command& line, const std::string& place) {
   if (place == "rawparams") return line.rest;
   if (place == "print_time") return fmt::format("{:.6f}", machine.motion().print_time_s());
@@ -233,7 +233,7 @@ Result<bool> MindOwner(VirtualKlipper& machine, OwnerRule rule, const Command& l
   return true;
 }
 
-// A macro's lines, after its call of a client.
+// Runs a macro's lines, after its call of a client.
 Result<Outcome> RunMacro(VirtualKlipper& machine, const MacroConfig& macro, const Command& line) {
   if (macro.guard) {
     TRY(CheckGuard(machine, *macro.guard));
@@ -326,7 +326,7 @@ Result<Outcome> RunCommand(VirtualKlipper& machine, const Command& line) {
 
 namespace {
 
-// Texts alone: a Python literal in quotes.
+// Accepts only texts: a Python literal in quotes.
 Result<Outcome> SetVariable(VirtualKlipper& machine, const Command& line) {
   const auto macro = TRY(RequiredText(line, "MACRO"));
   const auto name = TRY(RequiredText(line, "VARIABLE"));
@@ -345,7 +345,7 @@ Result<Outcome> SetVariable(VirtualKlipper& machine, const Command& line) {
   return Outcome{};
 }
 
-// Klipper catches neither what is no literal nor the configuration reader's wrath about a `%`: both
+// Klipper handles neither an invalid literal nor the configuration reader's error about a `%`: both
 // shut it down.
 Result<Outcome> SaveVariable(VirtualKlipper& machine, const Command& line) {
   const auto name = TRY(RequiredText(line, "VARIABLE"));
@@ -353,7 +353,7 @@ Result<Outcome> SaveVariable(VirtualKlipper& machine, const Command& line) {
   const bool capital =
       std::any_of(name.begin(), name.end(), [](unsigned char c) { return std::isupper(c) != 0; });
   if (capital) return Fail("VARIABLE must not contain upper case");
-  // Of Python's literals those that are JSON but for their quotes.
+  // Of Python's literals, only those that are JSON but for their quotes.
   std::string literal = value;
   std::replace(literal.begin(), literal.end(), '\'', '"');
   const auto parsed = nlohmann::json::parse(literal, nullptr, false);

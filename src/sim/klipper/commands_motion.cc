@@ -17,7 +17,7 @@ std::string Place(const std::array<double, 4>& mm) {
   return fmt::format("{:.3f} {:.3f} {:.3f} [{:.3f}]", mm[0], mm[1], mm[2], mm[3]);
 }
 
-// Klipper's check of the axes that a move uses.
+// Klipper's check of the axes used by a move.
 Result<void> CheckAxes(const VirtualKlipper& machine, const std::array<double, 4>& from,
                        const std::array<double, 4>& to) {
   for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -56,7 +56,7 @@ Result<void> CheckFilament(const VirtualKlipper& machine, double path_mm, bool i
   return {};
 }
 
-// Faults that wait for a move; true where the move is to be refused.
+// Triggers faults that wait for a move; true if the move is to be rejected.
 Result<bool> MoveFault(VirtualKlipper& machine, bool in_plane) {
   if (!in_plane) return false;
   const KlipperFaults& faults = machine.faults();
@@ -78,7 +78,7 @@ Outcome WaitForRoom() {
           {}};
 }
 
-// The move with the limits of its axes. Klipper slows moves in z and of filament alone.
+// Returns the move with the limits of its axes. Klipper limits moves in z and of filament alone.
 Move Limited(const VirtualKlipper& machine, const std::array<double, 4>& from,
              const std::array<double, 4>& to, double speed_mm_s, double path_mm) {
   const KlipperConfig& config = machine.config();
@@ -156,7 +156,7 @@ Result<Outcome> Move_(VirtualKlipper& machine, const Command& line) {
   return MoveTo(machine, state.last_mm, state.speed_mm_s * state.speed_factor);
 }
 
-// One axis after the other: to the end stop, back, and slowly again.
+// Homes one axis after the other: to the end stop, back, and slowly again.
 struct Homing {
   std::vector<std::size_t> axes;
   std::size_t next = 0;

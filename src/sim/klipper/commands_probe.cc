@@ -12,10 +12,10 @@ namespace trammel::sim {
 
 namespace {
 
-constexpr double kBeforeTouchS = 0.3;  // of a tap's samples
+constexpr double kBeforeTouchS = 0.3;  // samples of a tap
 constexpr double kAfterPullBackS = 0.32;
 
-// Stretches of one straight movement along Z as a move of the queue; it may end at speed.
+// Converts stretches of one straight movement along Z to a move of the queue; it may end at speed.
 TimedMove TimedOf(std::span<const ZMove> moves, const std::array<double, 4>& place,
                   double end_z_mm) {
   TimedMove timed;
@@ -35,7 +35,7 @@ TimedMove TimedOf(std::span<const ZMove> moves, const std::array<double, 4>& pla
   return timed;
 }
 
-// Taps one after the other at the place where the head is.
+// Taps repeatedly at the head's position.
 struct Probing {
   TapMotion motion;
   double lift_speed_mm_s = 5;
@@ -73,7 +73,7 @@ struct Probing {
     return last;
   }
 
-  // Waits until everything queued is done.
+  // Waits until the queue is empty.
   void Rest(VirtualKlipper& machine, Stage next) {
     machine.motion().Flush(machine.print_now_s());
     machine.gcode.last_mm = machine.commanded_mm;
@@ -198,7 +198,7 @@ const std::map<std::string, Handler>& ProbeCommands() {
 
 namespace {
 
-/// Python raises where Klipper's author did not expect it: Klipper stops.
+/// Unexpected Python exception: Klipper stops.
 tl::unexpected<Error> InternalError(VirtualKlipper& machine, const Command& line) {
   const std::string what = fmt::format("Internal error on command:\"{}\"", line.name);
   machine.Shutdown(what);
@@ -212,8 +212,8 @@ const ToolConfig* ConfigOf(const VirtualKlipper& machine, int number) {
   return nullptr;
 }
 
-/// The tool that T or TOOL names; no tool is ever selected here. The words are the real ones,
-/// whatever the command.
+/// Returns the tool given by T or TOOL; never the selected one here. Messages are the real ones,
+/// for every command.
 Result<int> ToolOf(const VirtualKlipper& machine, const Command& line) {
   if (const auto name = line.parameters.find("TOOL"); name != line.parameters.end()) {
     for (const ToolConfig& tool : machine.config().tools) {
@@ -235,7 +235,7 @@ Result<int> ToolOf(const VirtualKlipper& machine, const Command& line) {
   return tool;
 }
 
-/// Numbers, texts in quotes, True, False and None; other literals are not known here.
+/// Accepts numbers, texts in quotes, True, False and None; no other literals.
 bool IsLiteral(const std::string& text) {
   if (ToNumber(text) || text == "True" || text == "False" || text == "None") return true;
   const char quote = text.empty() ? ' ' : text.front();
@@ -272,8 +272,8 @@ Result<Outcome> SaveParameter(VirtualKlipper& machine, const Command& line) {
   return Outcome{};
 }
 
-/// As before December 2025: the tool's offset becomes G-code's own, where it was changed before the
-/// tool is selected.
+/// Selects a tool as before December 2025: its offset becomes G-code's own, if it was changed
+/// before the tool is selected.
 Result<Outcome> Select(VirtualKlipper& machine, int number) {
   const ToolConfig* tool = ConfigOf(machine, number);
   if (tool == nullptr) return Fail(fmt::format("Select tool: T{} not found", number));

@@ -1,4 +1,4 @@
-// G-code that changes how later moves are read and made.
+// G-code that changes how later moves are interpreted and executed.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -97,7 +97,7 @@ Result<Outcome> RestoreState(VirtualKlipper& machine, const Command& line) {
   const std::array<double, 4> last = state.last_mm;
   state = kept;
   state.last_mm = last;
-  // Filament that was pushed meanwhile stays pushed.
+  // Filament pushed meanwhile remains counted.
   state.base_mm[3] += last[3] - kept.last_mm[3];
   machine.Record("absolute_coordinates", state.absolute ? 1 : 0);
   machine.Record("absolute_extrude", state.absolute_extrude ? 1 : 0);
@@ -171,7 +171,7 @@ Result<Outcome> Acceleration(VirtualKlipper& machine, const Command& line) {
   return Outcome{};
 }
 
-// The section that EXTRUDER names; without one the active extruder's.
+// Returns the section named by EXTRUDER, else the active extruder's.
 Result<std::string> MotorOf(const VirtualKlipper& machine, const Command& line) {
   const auto named = line.parameters.find("EXTRUDER");
   if (named == line.parameters.end()) return machine.active_extruder;
@@ -245,7 +245,7 @@ std::string Report(const VirtualKlipper& machine) {
   return text;
 }
 
-// Waits for a condition and reports the temperatures once a second meanwhile.
+// Waits for a condition and reports the temperatures once a second.
 Wait Reporting(std::function<bool(const VirtualKlipper&)> done) {
   double next_s = -1;
   return [done = std::move(done), next_s](VirtualKlipper& machine) mutable -> Result<bool> {

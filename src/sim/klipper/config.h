@@ -1,4 +1,4 @@
-// What the virtual printer's printer.cfg says.
+// Content of the virtual printer's printer.cfg.
 #pragma once
 
 #include <array>
@@ -12,10 +12,10 @@
 
 namespace trammel::sim {
 
-/// One heater with its sensor. It rises at a rate that its power allows, comes to rest with a time
-/// constant, and cools towards the room.
+/// Heater with its sensor. It rises at a rate limited by its power, settles with a time constant,
+/// and cools towards room temperature.
 struct HeaterConfig {
-  std::string name;           ///< as SET_HEATER_TEMPERATURE and the status call it
+  std::string name;           ///< as in SET_HEATER_TEMPERATURE and the status
   double highest_c = 300;     ///< max_temp
   double rate_c_s = 12;       ///< fastest rise, > 0
   double settle_s = 1.5;      ///< time constant near the target, > 0
@@ -27,35 +27,35 @@ struct HeaterConfig {
 /// [output_pin NAME]; NAME as in the status, "LASER".
 struct PinConfig {
   std::string name;
-  double value = 0;           ///< at start
-  double shutdown_value = 0;  ///< in a shutdown
+  double value = 0;           ///< initial
+  double shutdown_value = 0;  ///< on shutdown
 };
 
-/// One argument of an action_call_remote_method: key=params.PARAMETER|default(fallback).
+/// Argument of an action_call_remote_method: key=params.PARAMETER|default(fallback).
 struct RemoteArgument {
   std::string key;
-  std::string parameter;  ///< of the macro, upper case
+  std::string parameter;  ///< macro parameter, upper case
   std::string fallback;
   bool number = false;
 };
 
-/// A macro that fails unless another one keeps a value.
+/// Condition of a macro: a variable of another macro must have this value.
 struct MacroGuard {
   std::string macro;    ///< upper case
-  std::string kept;     ///< which of its variables
-  std::string value;    ///< that lets it pass
+  std::string kept;     ///< name of its variable
+  std::string value;    ///< required value
   std::string because;  ///< the variable that says why not
 };
 
-/// What a macro of klipper/trammel.cfg does with the name of the run that has the printer: its
-/// parameter OWNER, kept as _TRAMMEL_RUN's variable owner.
+/// Handling of the name of the run that has the printer, by a macro of klipper/trammel.cfg: its
+/// parameter OWNER, stored in _TRAMMEL_RUN's variable owner.
 enum class OwnerRule {
   kNone,
   kTake,  ///< fails where another run has the printer
   kGive   ///< does nothing at all for a run that does not have it
 };
 
-/// What a macro does with limits and pressure advance, as those of klipper/trammel.cfg.
+/// Handling of limits and pressure advance by a macro, as in klipper/trammel.cfg.
 enum class SettingsRule { kNone, kKeep, kBringBack };
 
 /// [gcode_macro NAME]: plain lines, and at most one call of a client.
@@ -65,7 +65,7 @@ struct MacroConfig {
   /// parameter.
   std::vector<std::string> lines;
   std::vector<std::string> keeps;  ///< parameters kept as its variables; those not given are not
-  std::map<std::string, std::string> variables;  ///< by lower-case name; texts only
+  std::map<std::string, std::string> variables;  ///< by lower-case name; strings only
   OwnerRule owner = OwnerRule::kNone;
   SettingsRule settings = SettingsRule::kNone;
   std::optional<MacroGuard> guard;
@@ -77,15 +77,15 @@ struct MacroConfig {
 struct LoadCellConfig {
   CellTraits cell;
   TapMotion motion;
-  double surface_z_mm = 0;  ///< of the bed at x = y = 0, where the end stop says 0
+  double surface_z_mm = 0;  ///< of the bed at x = y = 0, where the end stop reads 0
   double tilt_x = 0;        ///< rise of the bed per mm
   double tilt_y = 0;
   double lift_speed_mm_s = 5;
   double retract_mm = 2;  ///< between the samples of one PROBE
-  /// As Klipper's forks do: PROBE pulls back by itself, and tells a tap with its moves when it is
-  /// over. Klipper halts with the nozzle on the bed, and tells the samples until then.
+  /// True for Klipper's forks: PROBE pulls back by itself, and reports a tap with its moves at its
+  /// end. Klipper halts with the nozzle on the bed, and reports the samples until then.
   bool pulls_back = false;
-  std::uint64_t seed = 0;  ///< of its noise
+  std::uint64_t seed = 0;  ///< noise seed
 };
 
 /// [tool NAME] of klipper-toolchanger.
@@ -94,7 +94,7 @@ struct ToolConfig {
   std::string name;                   ///< "tool T1"
   std::array<double, 3> offset_mm{};  ///< gcode_x_offset, gcode_y_offset, gcode_z_offset
 
-  /// Its own, as its number has it: "extruder", "extruder1", ...
+  /// Returns its own extruder, by its number: "extruder", "extruder1", ...
   [[nodiscard]] std::string extruder() const {
     return number == 0 ? "extruder" : "extruder" + std::to_string(number);
   }
@@ -103,7 +103,7 @@ struct ToolConfig {
 /// [extruder_stepper NAME]: a further motor on the filament of an extruder.
 struct ExtruderStepperConfig {
   std::string name;                   ///< NAME
-  std::string extruder = "extruder";  ///< which it follows at start; empty: none
+  std::string extruder = "extruder";  ///< followed at start; empty: none
   double pressure_advance_s = 0;
   double smooth_time_s = 0.04;
 };
@@ -112,7 +112,7 @@ struct KlipperConfig {
   std::array<double, 3> axis_minimum_mm{-2, -2, -5};
   std::array<double, 3> axis_maximum_mm{255, 255, 250};
   std::array<double, 3> homing_speed_mm_s{50, 50, 10};
-  std::array<double, 3> physical_start_mm{60, 40, 8};  ///< where the unhomed head stands
+  std::array<double, 3> physical_start_mm{60, 40, 8};  ///< position of the unhomed head
   double max_velocity_mm_s = 500;
   double max_accel_mm_s2 = 10000;
   double max_z_velocity_mm_s = 15;
@@ -132,7 +132,7 @@ struct KlipperConfig {
   double max_extrude_cross_section_mm2 = 5;
   double filament_diameter_mm = 1.75;
   double nozzle_diameter_mm = 0.4;
-  /// Kalico's, of [extruder]: "tanh", "recipr". Empty: linear, as in Klipper.
+  /// Kalico's model of [extruder]: "tanh", "recipr". Empty: linear, as in Klipper.
   std::string pressure_advance_model;
   double pressure_advance_s = 0.04;
   double smooth_time_s = 0.04;
@@ -148,33 +148,33 @@ struct KlipperConfig {
   std::vector<ToolConfig> tools;            ///< empty: there is no klipper-toolchanger
   int extruders = 1;                        ///< [extruder], [extruder1], ...; each tool has its own
   std::vector<ExtruderStepperConfig> extruder_steppers;
-  /// Sections that printer.cfg has, too, and of which nothing but the name matters here.
+  /// Further sections of printer.cfg, by name only.
   std::vector<std::string> more_sections;
 
-  double restart_s = 2.2;  ///< from a restart to ready
+  double restart_s = 2.2;  ///< from restart to ready
 };
 
-/// The usual printer: macros _LASER_ON, LASER_OFF, LIGHTS_ON, LIGHTS_OFF, CALL_AGENT, and those of
-/// klipper/trammel.cfg. The laser goes off by itself `laser_limit_s` after _LASER_ON, laser and
-/// heaters `heater_limit_s` after _TRAMMEL_KEEP_ALIVE.
+/// Returns the usual printer: macros _LASER_ON, LASER_OFF, LIGHTS_ON, LIGHTS_OFF, CALL_AGENT, and
+/// those of klipper/trammel.cfg. The laser switches itself off `laser_limit_s` after _LASER_ON,
+/// laser and heaters `heater_limit_s` after _TRAMMEL_KEEP_ALIVE.
 [[nodiscard]] KlipperConfig DefaultKlipperConfig(double laser_limit_s = 600,
                                                  double heater_limit_s = 1800);
 
-/// What klipper/trammel.cfg has for a load cell: _TRAMMEL_TAP probes, rises slowly and calls the
-/// remote method trammel_tap, TRAMMEL_TAP_RESULT keeps the answer, TRAMMEL_TAP_DONE fails where
-/// that holds no contact. Without an answer it is REASON=no_answer after `answer_s`.
+/// Adds the load cell's macros of klipper/trammel.cfg. _TRAMMEL_TAP probes, rises slowly and calls
+/// the remote method trammel_tap. TRAMMEL_TAP_RESULT stores the answer, TRAMMEL_TAP_DONE fails if
+/// that contains no contact. Without an answer it is REASON=no_answer after `answer_s`.
 void AddTapMacros(KlipperConfig& config, double answer_s = 5);
 
-/// What goes wrong, and when. Everything is off by default. Times are the machine's, in seconds
-/// since it was started.
+/// Faults and their times. Everything is off by default. Times are the machine's, in seconds since
+/// its start.
 struct KlipperFaults {
-  /// The n-th move with x or y (from 1) is refused with "Move out of range".
+  /// Number of the move with x or y (from 1) that is rejected with "Move out of range".
   std::optional<int> refuse_move;
-  /// The n-th move with x or y while the laser is on (from 1): what happens when it is read.
+  /// Number of the move with x or y while the laser is on (from 1) at whose reading this occurs.
   std::optional<int> shutdown_at_laser_move;
   std::optional<double> shutdown_at_s;
   std::optional<double> restart_at_s;
-  /// The heater of this name stops rising at this temperature.
+  /// Heater that stops rising at this temperature.
   std::string weak_heater;
   double weak_heater_c = 60;
   bool verify_heaters = true;      ///< false: Klipper never notices
@@ -196,16 +196,16 @@ struct Heater {
   double watch_goal_c = 0;
 };
 
-/// Moves the temperature on by a short time (<= 0.1 s).
+/// Advances the temperature by a short time (<= 0.1 s).
 void HeatFor(Heater& heater, double seconds, double room_c);
 
-/// Whether a wait for the target has to go on. A target of 0 is never waited for.
+/// True if a wait for the target must continue. A target of 0 is never waited for.
 [[nodiscard]] bool Busy(const Heater& heater);
 
-/// 0 … 1
+/// Returns the power, 0 … 1.
 [[nodiscard]] double PowerOf(const Heater& heater);
 
-/// False once the heater has not risen as a working one does; call at least every second.
+/// False once the heater rises slower than a working one; call at least every second.
 [[nodiscard]] bool HeatsAsExpected(Heater& heater, double now_s);
 
 }  // namespace trammel::sim

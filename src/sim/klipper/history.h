@@ -1,4 +1,4 @@
-// What happened to a virtual printer, for tests to read.
+// History of a virtual printer, for tests.
 #pragma once
 
 #include <string>
@@ -9,11 +9,11 @@
 
 namespace trammel::sim {
 
-/// Something of the machine that changed. Names: "output_pin LASER", "output_pin LIGHTS",
-/// "target extruder", "target heater_bed", "power extruder", "power heater_bed" (0: cut by a
-/// shutdown), "pressure_advance", "smooth_time", "max_velocity", "max_accel",
-/// "square_corner_velocity", "minimum_cruise_ratio", "absolute_coordinates", "absolute_extrude",
-/// "speed_factor", "extrude_factor", "offset_x", "offset_y", "offset_z", "homed" (number of axes).
+/// Change of the machine. Names: "output_pin LASER", "output_pin LIGHTS", "target extruder",
+/// "target heater_bed", "power extruder", "power heater_bed" (0: cut by a shutdown),
+/// "pressure_advance", "smooth_time", "max_velocity", "max_accel", "square_corner_velocity",
+/// "minimum_cruise_ratio", "absolute_coordinates", "absolute_extrude", "speed_factor",
+/// "extrude_factor", "offset_x", "offset_y", "offset_z", "homed" (number of axes).
 struct Change {
   double time_s = 0;  ///< the machine's, since its start
   std::string name;
@@ -27,12 +27,12 @@ struct StateEntry {
   std::string message;
 };
 
-/// A move as it was really made: cut short where a shutdown stopped the head.
+/// Move as executed: cut short if a shutdown stopped the head.
 struct ExecutedMove {
   TimedMove timed;  ///< start_s on the machine's clock
 };
 
-/// A command that was read, with the time at which Klipper read it.
+/// Command with the time at which Klipper read it.
 struct ReadLine {
   double time_s = 0;
   std::string text;
@@ -46,12 +46,12 @@ struct History {
   std::vector<ProbedTap> taps;
 };
 
-/// The last value of a name at a time; `before` where it had not changed by then.
+/// Returns the last value of a name at a time; `before` if it had not changed by then.
 [[nodiscard]] double ValueAt(const History& history, const std::string& name, double time_s,
                              double before);
 
-/// Everything that moved from `from_s` to `until_s` as plain absolute G-code with the settings that
-/// held, which PrintGcode prints as this machine did. A move in progress is left out.
+/// Returns all motion from `from_s` to `until_s` as plain absolute G-code with the settings in
+/// force, which PrintGcode prints as this machine did. Omits a move in progress.
 [[nodiscard]] std::string ExecutedGcode(const History& history, double from_s, double until_s);
 
 }  // namespace trammel::sim

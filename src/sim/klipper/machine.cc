@@ -87,7 +87,7 @@ VirtualKlipper::VirtualKlipper(KlipperConfig config, KlipperFaults faults)
   }
   if (faults_.printing_at_start) {
     print.filename = "someone_elses_vase.gcode";
-    // Half an hour of slow circles; the head stays where it was homed.
+    // Half an hour of slow circles; the head remains where it was homed.
     print.lines = {"G28", "G1 Z10 F600"};
     for (int i = 0; i < 300; ++i) {
       print.lines.insert(print.lines.end(), {"G1 X200 Y50 F3000", "G1 X50 Y200 F3000"});
@@ -180,7 +180,7 @@ const Heater& VirtualKlipper::ActiveNozzle() const {
   return nozzle;
 }
 
-// Changes of the first extruder's motor have no name behind them.
+// Changes of the first extruder's motor are recorded without a suffix.
 void VirtualKlipper::SetMotor(const std::string& section, const ExtruderMotor& motor) {
   motors[section] = motor;
   const std::string whose = section == "extruder" ? "" : " " + section;
@@ -261,7 +261,7 @@ void VirtualKlipper::StopHead() {
   stopped_head_ = TrueHead(now_s_);
   stopped_head_.speed_mm_s = stopped_head_.filament_speed_mm_s = 0;
   stopped_at_s_ = now_s_;
-  // What had not begun was never made; what was being made ends where the head stopped.
+  // Moves that had not begun are removed; the current move ends where the head stopped.
   auto& moves = history_.moves;
   while (!moves.empty() && moves.back().timed.start_s >= now_s_) moves.pop_back();
   if (!moves.empty() && moves.back().timed.end_s() > now_s_) {
@@ -286,7 +286,7 @@ void VirtualKlipper::Shutdown(const std::string& reason) {
   timed_.clear();
   delayed_at_s.clear();
   print.running = false;
-  // Klipper pauses the file between two of its commands, and keeps it so until the restart.
+  // Klipper pauses the file between two of its commands, until the restart.
   if (print.state == "printing") print.state = "paused";
   for (const PinConfig& pin : config_.pins) SetPin(pin.name, pin.shutdown_value);
   for (Heater* heater : Heaters()) {

@@ -1,5 +1,5 @@
-// The virtual Klipper: a state machine that reads G-code and moves, driven by a clock that is
-// passed in. Not thread-safe.
+// Virtual Klipper: a state machine that reads G-code and moves, driven by a clock that is passed
+// in. Not thread-safe.
 #pragma once
 
 #include <array>
@@ -23,31 +23,31 @@ namespace trammel::sim {
 
 enum class KlippyState { kDisconnected, kStartup, kReady, kShutdown, kError };
 
-/// What webhooks.state_message says where the config has an error.
+/// Text of webhooks.state_message if the config has an error.
 extern const char* const kConfigError;
 
-/// As in webhooks.state.
+/// Spelling of webhooks.state.
 [[nodiscard]] const char* ToString(KlippyState state);
 
 /// An empty text is one empty line.
 [[nodiscard]] std::vector<std::string> SplitLines(const std::string& text);
 
-/// Something that Klipper tells its clients.
+/// Event that Klipper sends to its clients.
 struct KlipperEvent {
   enum class Kind { kResponse, kScriptDone, kRemoteCall, kDisconnected, kReady };
   struct Argument {
     std::string key;
     std::string text;
-    std::optional<double> number;  ///< where the argument is one
+    std::optional<double> number;  ///< if numeric
   };
   Kind kind = Kind::kResponse;
-  std::string text;                  ///< of a response; the method of a remote call
-  std::uint64_t script = 0;          ///< which one is done
-  std::optional<std::string> error;  ///< of the script
-  std::vector<Argument> arguments;   ///< of the remote call
+  std::string text;                  ///< response text, or method of a remote call
+  std::uint64_t script = 0;          ///< completed script
+  std::optional<std::string> error;  ///< script error
+  std::vector<Argument> arguments;   ///< of a remote call
 };
 
-/// What SAVE_GCODE_STATE keeps. Axes: x, y, z, e.
+/// State that SAVE_GCODE_STATE saves. Axes: x, y, z, e.
 struct GcodeState {
   bool absolute = true;
   bool absolute_extrude = true;
@@ -67,19 +67,19 @@ struct MotionSettings {
   double minimum_cruise_ratio = 0;
 };
 
-/// A motor that pushes filament.
+/// Motor that pushes filament.
 struct ExtruderMotor {
   double pressure_advance_s = 0;
   double smooth_time_s = 0;
-  /// The extruder whose moves it makes; empty: its own's, of an [extruder_stepper] none's.
+  /// Extruder whose moves the motor follows; empty: its own's, for an [extruder_stepper] none's.
   std::string motion_queue;
 };
 
-/// The print from a file. Times are the machine's.
+/// Print from a file. Times are the machine's.
 struct FilePrint {
   std::string filename;
   std::vector<std::string> lines;
-  std::size_t next = 0;  ///< of the lines
+  std::size_t next = 0;  ///< index of the next line
   std::size_t size_bytes = 0;
   std::size_t read_bytes = 0;
   bool loaded = false;
@@ -92,15 +92,15 @@ struct FilePrint {
   double e_start_mm = 0;
 };
 
-/// A tool of klipper-toolchanger while it runs.
+/// Runtime state of a tool of klipper-toolchanger.
 struct ToolState {
   std::array<double, 3> offset_mm{};
-  std::map<std::string, std::string> parameters;  ///< that were set, as Python writes them
+  std::map<std::string, std::string> parameters;  ///< changed parameters, in Python notation
 };
 
 class VirtualKlipper;
 
-/// What a script waits for: true when it may go on; an error fails the script.
+/// Condition for a script: true when it may continue; an error fails the script.
 using Wait = std::function<Result<bool>(VirtualKlipper&)>;
 
 class VirtualKlipper {
@@ -109,20 +109,20 @@ class VirtualKlipper {
   VirtualKlipper(const VirtualKlipper&) = delete;
   VirtualKlipper& operator=(const VirtualKlipper&) = delete;
 
-  /// Moves the clock on; times before now() change nothing. Everything happens on a grid of 2 ms,
-  /// so that it does not matter how often this is called.
+  /// Advances the clock; times before now() change nothing. Time is a grid of 2 ms, so that the
+  /// frequency of calls does not matter.
   void Advance(double now_s);
   [[nodiscard]] double now_s() const { return now_s_; }
-  /// The latest moment that Advance() was asked for, between two points of the grid: what the
-  /// status tells, as Klipper's does, of the moment it is asked at.
+  /// Returns the latest time passed to Advance(), between two points of the grid: as in Klipper,
+  /// the status is that of the moment of the query.
   [[nodiscard]] double clock_s() const { return clock_s_; }
 
-  /// Queues a script; its kScriptDone bears the number that is returned.
+  /// Queues a script; its kScriptDone has the returned number.
   std::uint64_t RunScript(const std::string& script);
   /// Not queued, as over the API.
   void EmergencyStop();
   void Restart();
-  /// What happened since the last call, in order.
+  /// Returns the events since the last call, in order.
   [[nodiscard]] std::vector<KlipperEvent> TakeEvents();
 
   /// Files of the virtual SD card, by name.
@@ -142,14 +142,14 @@ class VirtualKlipper {
   /// Methods that clients registered since the last start.
   void RegisterRemoteMethod(const std::string& name) { remote_methods_[name] = true; }
 
-  // What follows is for the commands, the status and tests.
+  // Interface for the commands, the status and tests:
 
   [[nodiscard]] const KlipperConfig& config() const { return config_; }
   [[nodiscard]] const KlipperFaults& faults() const { return faults_; }
-  /// Faults may come while it runs. What is read at its start alone (another job, a config error, a
-  /// weak heater) stays as it was.
+  /// Faults may be added during a run. Those read only at its start (another job, a config error, a
+  /// weak heater) remain unchanged.
   [[nodiscard]] KlipperFaults& faults() { return faults_; }
-  /// As if somebody had edited printer.cfg.
+  /// Access as for an edit of printer.cfg.
   [[nodiscard]] std::map<std::string, MacroConfig>& macros() { return config_.macros; }
   [[nodiscard]] std::optional<LoadCellConfig>& load_cell() { return config_.load_cell; }
   [[nodiscard]] std::vector<ToolConfig>& tool_configs() { return config_.tools; }
@@ -159,14 +159,14 @@ class VirtualKlipper {
   [[nodiscard]] const History& history() const { return history_; }
   [[nodiscard]] MotionQueue& motion() { return motion_; }
   [[nodiscard]] const MotionQueue& motion() const { return motion_; }
-  /// The print time at now().
+  /// Returns the print time at now().
   [[nodiscard]] double print_now_s() const { return now_s_ - epoch_s_; }
   [[nodiscard]] double PrintTimeAt(double time_s) const { return time_s - epoch_s_; }
-  /// Where the head really is, whatever Klipper believes, and how fast.
+  /// Returns the head's true position and speed, despite Klipper's.
   [[nodiscard]] HeadState TrueHead(double time_s) const;
   [[nodiscard]] bool busy() const { return !scripts_.empty(); }
 
-  /// Null where the printer has no load cell.
+  /// Null if the printer has no load cell.
   [[nodiscard]] CellProbe* cell() { return cell_.get(); }
   [[nodiscard]] const CellProbe* cell() const { return cell_.get(); }
 
@@ -175,17 +175,17 @@ class VirtualKlipper {
   void Inform(const std::string& text);
   void Shutdown(const std::string& reason);
   void Record(const std::string& name, double value);
-  /// Runs a function at a print time, or at once where it has passed.
+  /// Runs a function at a print time, or at once if it has passed.
   void At(double print_time_s, std::function<void()> function);
-  /// Queues lines of the printer's own.
+  /// Queues internal lines of the printer.
   void RunInternal(const std::vector<std::string>& lines);
   void CallRemote(KlipperEvent event);
   void SetPin(const std::string& name, double value);
   void SetHeaterTarget(Heater& heater, double target_c);
   [[nodiscard]] Heater* FindHeater(const std::string& name);
-  /// All of them: the nozzle's, the bed's, then those of further tools.
+  /// Returns all heaters: the nozzle's, the bed's, then those of further tools.
   [[nodiscard]] std::vector<Heater*> Heaters();
-  /// Of the extruder that is active.
+  /// Returns the heater of the active extruder.
   [[nodiscard]] const Heater& ActiveNozzle() const;
   [[nodiscard]] const ExtruderMotor& ActiveMotor() const { return motors.at(active_extruder); }
   void MindSettings(SettingsRule rule);
@@ -194,31 +194,31 @@ class VirtualKlipper {
   GcodeState gcode;
   std::map<std::string, GcodeState> saved;
   MotionSettings settings;
-  /// By section: "extruder", "extruder1", "extruder_stepper belted".
+  /// Motors by section: "extruder", "extruder1", "extruder_stepper belted".
   std::map<std::string, ExtruderMotor> motors;
-  /// Limits and pressure advance that a macro keeps, until it has brought them back.
+  /// Limits and pressure advance saved by a macro until it has restored them.
   std::optional<std::pair<MotionSettings, std::map<std::string, ExtruderMotor>>> kept_settings;
-  bool kept_in_print = false;            ///< by a file: they come back where that ends early, too
+  bool kept_in_print = false;            ///< true if by a file: restored even if it ends early
   std::array<double, 4> commanded_mm{};  ///< the toolhead's last queued place: x, y, z, e
   std::array<bool, 3> homed{};
-  /// Where the head is, less where Klipper believes it to be.
+  /// True position of the head minus Klipper's.
   std::array<double, 3> physical_offset_mm{};
   Heater nozzle;
   Heater bed;
   std::vector<Heater> more_nozzles;          ///< "extruder1", ...: of the tools that there are
   std::string active_extruder = "extruder";  ///< the one that G1 E moves
-  int active_tool = -1;                      ///< of klipper-toolchanger; -1: none was selected
+  int active_tool = -1;                      ///< for klipper-toolchanger; -1: none selected
   std::map<std::string, double> pins;
   std::map<std::string, double> delayed_at_s;  ///< machine time at which a delayed_gcode runs
   FilePrint print;
   std::string idle_state = "Idle";
   double active_since_s = 0;
   bool save_config_pending = false;
-  /// What SAVE_CONFIG would write: by section and option.
+  /// Values for SAVE_CONFIG to write: by section and option.
   std::map<std::string, std::map<std::string, std::string>> pending_items;
   std::map<int, ToolState> tools;  ///< by number
   double last_probe_z_mm = 0;
-  std::map<std::string, std::map<std::string, std::string>> kept;  ///< by macros; upper case
+  std::map<std::string, std::map<std::string, std::string>> kept;  ///< stored by macros; upper case
   std::map<std::string, std::string> saved_variables;  ///< [save_variables]: JSON; restarts keep it
   double plate_cleaned_s = 0;  ///< nothing printed before lies on the plate any more
   int xy_moves = 0;
@@ -242,7 +242,7 @@ class VirtualKlipper {
   void SetState(KlippyState state, const std::string& message);
   void Step();
   void StepScripts();
-  /// False where the script at the front has to wait.
+  /// False if the script at the front has to wait.
   bool StepScript();
   void FinishScript(const std::optional<std::string>& error);
   Result<void> RunLine(const std::string& text);
@@ -268,7 +268,7 @@ class VirtualKlipper {
   HeadState stopped_head_;
   std::deque<Script> scripts_;
   std::uint64_t next_script_ = 1;
-  std::multimap<double, std::function<void()>> timed_;  ///< by print time
+  std::multimap<double, std::function<void()>> timed_;  ///< sorted by print time
   std::map<std::string, bool> remote_methods_;
   std::map<std::string, std::string> files_;
   std::map<std::string, ConfigFile> config_files_;

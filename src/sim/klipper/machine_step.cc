@@ -1,4 +1,4 @@
-// What the virtual Klipper does as time goes by.
+// Time steps of the virtual Klipper.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -15,7 +15,7 @@ constexpr double kTickS = 0.002;
 constexpr int kLinesPerTick = 2000;
 constexpr std::size_t kMostFrames = 12;
 constexpr double kHeaterStepS = 0.05;
-constexpr double kUnblockS = 1;  // how long a script stays blocked after a shutdown
+constexpr double kUnblockS = 1;  // time until a script is unblocked after a shutdown
 
 }  // namespace
 
@@ -34,7 +34,7 @@ void VirtualKlipper::Step() {
     StepHeaters();
     return;
   }
-  // In a shutdown nothing that was queued happens any more: no move, and no laser that comes on.
+  // After a shutdown no queued action happens: no move, and no laser that switches on.
   if (state_ == KlippyState::kReady) motion_.Service(print_now_s());
   StepCell();
   while (state_ == KlippyState::kReady && !timed_.empty() &&
@@ -121,7 +121,7 @@ void VirtualKlipper::StepCell() {
     return {at.z_mm, head.speed_mm_s, cell_->SurfaceZ(at.x_mm, at.y_mm)};
   });
   if (history_.taps.empty() || history_.taps.back().truth) return;
-  // The nozzle is lifted off by what comes after the probing.
+  // The nozzle is lifted by the commands after the probing.
   ProbedTap& tap = history_.taps.back();
   tap.truth = cell_->EndedPress(tap.moves.empty() ? 0 : tap.moves.front().start_time_s);
 }
@@ -154,7 +154,7 @@ void VirtualKlipper::StepFile() {
     Respond("Done printing file");
     return;
   }
-  // Many lines at a time, each a script of its own, as long as nobody else wants the printer.
+  // Runs many lines at a time, each as its own script, while no other client uses the printer.
   for (int lines = 0; lines < kLinesPerTick && print.running && print.next < print.lines.size();
        ++lines) {
     const std::string& text = print.lines[print.next++];

@@ -36,11 +36,11 @@ namespace {
 
 constexpr double kQueueLeadS = 0.25;  // Klipper's buffer_time_start
 constexpr double kPrimingS = 0.1;     // a pause in the stream of commands that lets a move begin
-constexpr double kLowBufferS = 0.25;  // what is left when waiting moves are decided
-constexpr double kLookEveryS = 0.2;   // how much new motion makes a look ahead worth its cost
+constexpr double kLowBufferS = 0.25;  // remaining motion at which waiting moves are decided
+constexpr double kLookEveryS = 0.2;   // new motion required for another look-ahead
 constexpr double kKeptS = 30;
 
-// The longest straight continuation: no real future lets the head be faster at the end.
+// Returns the longest straight continuation: no real future lets the head be faster at the end.
 Move Continued(const Move& move) {
   constexpr double kFarMm = 1e5;
   Move next = move;
@@ -85,7 +85,7 @@ void MotionQueue::Append(const Move& move, double now_s) {
   }
 }
 
-// What a stop at the end and an endless continuation plan alike, no other future can change.
+// Commits moves planned alike for a stop and an endless continuation: no future changes them.
 void MotionQueue::CommitWhatIsCertain(double now_s) {
   const std::vector<TimedMove> stopping = PlanContinuation(pending_, entry_v_mm_s_);
   pending_.push_back(Continued(pending_.back()));
@@ -128,7 +128,7 @@ void MotionQueue::RunMarks(std::size_t passed) {
       marks_.push_back(std::move(mark));
       continue;
     }
-    // A mark inside the batch: its move's end is found from behind.
+    // Mark inside the batch: its move's end is counted from the back.
     const std::size_t later = passed - mark.after;
     mark.function(decided_[decided_.size() - 1 - later].timed.end_s());
   }
@@ -234,7 +234,8 @@ HeadState MotionQueue::At(double print_time_s) const {
 
 namespace {
 
-// The stretches of a trapezoid along one direction. `per_mm`: of what is moved, per mm of path.
+// Returns the stretches of a trapezoid along one direction. `per_mm`: of the moved axis, per mm of
+// path.
 std::vector<TrapqEntry> Stretches(const TimedMove& timed, const std::array<double, 3>& start,
                                   const std::array<double, 3>& direction, double per_mm) {
   std::vector<TrapqEntry> entries;
@@ -282,7 +283,7 @@ std::vector<TrapqEntry> ExtruderTrapq(const PlannedMove& planned) {
   const double per_mm = planned.timed.move.e_mm / planned.timed.length_mm;
   std::vector<TrapqEntry> entries =
       Stretches(planned.timed, {planned.e_start_mm, 0, 0}, {1, 0, 0}, per_mm);
-  // The second direction says whether pressure advance applies.
+  // The second direction component states if pressure advance applies.
   for (TrapqEntry& entry : entries) entry.direction = {1, advances, 0};
   return entries;
 }

@@ -1,4 +1,4 @@
-// The virtual machine's time over the host's.
+// Virtual machine's time over host time.
 #pragma once
 
 #include <array>
@@ -11,25 +11,25 @@
 
 namespace trammel::sim {
 
-/// A line with bends that never goes back. Thread-safe; all times in seconds.
+/// Piecewise linear function that never decreases. Thread-safe; all times in seconds.
 class MachineClock {
  public:
   /// @param start_s  host time at which the machine's is 0.
   /// @param rate     machine seconds per second of the host, > 0.
   MachineClock(double start_s, double rate) : bends_{{start_s, 0, rate}}, latest_s_(start_s) {}
 
-  /// Machine time at a host time. What was told once stays so, for the last hundred changes of the
-  /// rate.
+  /// Returns machine time at a host time. A returned time remains valid, for the last hundred
+  /// changes of the rate.
   [[nodiscard]] double At(double host_s);
 
-  /// Changes the rate, > 0, from the latest host time that At() was asked for.
+  /// Changes the rate, > 0, from the latest host time passed to At().
   void SetRate(double rate);
 
  private:
   struct Bend {
     double host_s = 0;
     double machine_s = 0;
-    double rate = 1;  ///< from here on
+    double rate = 1;  ///< from this point on
   };
   [[nodiscard]] double TimeAt(double host_s) const;
 
@@ -38,21 +38,21 @@ class MachineClock {
   double latest_s_;
 };
 
-/// A move whose motion is decided. Times are print time.
+/// Move with final motion. Times are print time.
 struct PlannedMove {
   TimedMove timed;
-  double e_start_mm = 0;  ///< of all filament so far
+  double e_start_mm = 0;  ///< cumulative filament
   bool jump = false;      ///< the position was set, nothing moved
 };
 
 struct HeadState {
   Position position;
   double e_mm = 0;
-  double speed_mm_s = 0;           ///< of the head
+  double speed_mm_s = 0;           ///< head's speed
   double filament_speed_mm_s = 0;  ///< signed
 };
 
-/// One stretch of constant acceleration, as dump_trapq tells it.
+/// Stretch of constant acceleration, as reported by dump_trapq.
 struct TrapqEntry {
   double time_s = 0;
   double duration_s = 0;
@@ -62,46 +62,46 @@ struct TrapqEntry {
   std::array<double, 3> direction{};
 };
 
-/// Moves wait until nothing that may follow can change their motion, until the buffer runs low, or
-/// until Flush. `now` is always the estimated print time.
+/// Moves wait until no later move can change their motion, until the buffer runs low, or until
+/// Flush. `now` is always the estimated print time.
 class MotionQueue {
  public:
   using AtTime = std::function<void(double print_time_s)>;
   using OnPlanned = std::function<void(const PlannedMove&)>;
 
-  /// Called for each move when its motion is decided.
+  /// Called for each move when its motion is final.
   void set_on_planned(OnPlanned on_planned) { on_planned_ = std::move(on_planned); }
 
-  /// Forgets everything and puts the head at a place.
+  /// Clears everything and sets the head's position.
   void Reset(const Position& position);
-  /// REQUIRES HasMotion(move), and that it begins where the last one ends.
+  /// REQUIRES HasMotion(move), and that it begins at the end of the last one.
   void Append(const Move& move, double now_s);
-  /// Decides all moves: the head comes to rest after the last.
+  /// Finalises all moves: the head comes to rest after the last.
   void Flush(double now_s);
-  /// Decides what cannot wait any longer.
+  /// Finalises the moves that cannot wait any longer.
   void Service(double now_s);
-  /// Comes to rest and stands still for a while.
+  /// Comes to rest and pauses.
   void Dwell(double seconds, double now_s);
-  /// Comes to rest and takes the place where the head stands for another one.
+  /// Comes to rest and redefines the head's position.
   void SetPosition(const Position& position, double now_s);
-  /// A move whose motion is given, not planned, for motion that stops at once. It begins when all
-  /// before it is done, or at its own start_s where that is later. REQUIRES nothing waiting().
+  /// Appends a move with given motion, for motion that stops at once. It begins after all earlier
+  /// ones, or at its own start_s if later. REQUIRES nothing waiting().
   void AppendTimed(TimedMove timed);
-  /// Tells at a time that the head stands where it stands, as Klipper does after homing. REQUIRES
-  /// nothing waiting(), and that time_s is not before print_time_s().
+  /// Reports at a time that the head is at rest at its position, as Klipper does after homing.
+  /// REQUIRES nothing waiting(), and that time_s is not before print_time_s().
   void AppendHalt(double time_s);
-  /// When a move that is queued now begins.
+  /// Returns the start time of a newly queued move.
   [[nodiscard]] double NextStart(double now_s) const;
-  /// Runs a function with the print time at which the last queued move ends, once that is known.
+  /// Calls a function with the print time at which the last queued move ends, once that is known.
   void AfterLastMove(AtTime function, double now_s);
 
-  /// The end of everything decided.
+  /// Returns the end of all final moves.
   [[nodiscard]] double print_time_s() const { return print_time_s_; }
   [[nodiscard]] bool waiting() const { return !pending_.empty(); }
   [[nodiscard]] HeadState At(double print_time_s) const;
-  /// Decided moves of the last 30 s.
+  /// Returns the final moves of the last 30 s.
   [[nodiscard]] const std::deque<PlannedMove>& decided() const { return decided_; }
-  /// How many moves were forgotten from the front of decided().
+  /// Returns the number of moves removed from the front of decided().
   [[nodiscard]] std::size_t forgotten() const { return forgotten_; }
 
  private:
@@ -126,10 +126,10 @@ class MotionQueue {
   OnPlanned on_planned_;
 };
 
-/// The stretches of the toolhead's motion in one move; a jump has one of no duration.
+/// Returns the stretches of the toolhead's motion in one move; a jump has one of zero duration.
 [[nodiscard]] std::vector<TrapqEntry> ToolheadTrapq(const PlannedMove& move);
 
-/// The same for the filament; empty where none moves.
+/// Returns the same for the filament; empty if none moves.
 [[nodiscard]] std::vector<TrapqEntry> ExtruderTrapq(const PlannedMove& move);
 
 }  // namespace trammel::sim

@@ -1,4 +1,4 @@
-// What klipper-toolchanger's tool.py and toolchanger.py do, quirks and all.
+// Behaviour of klipper-toolchanger's tool.py and toolchanger.py, with all quirks.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

@@ -241,7 +241,7 @@ bool HasHelp(const std::string& name) {
   return name.size() < 2 || !std::isdigit(static_cast<unsigned char>(name[1]));
 }
 
-// Every command with its help, where it has one.
+// Returns every command with its help, if any.
 Json Commands(const VirtualKlipper& machine) {
   Json commands = Json::object();
   for (const auto* table : CommandTables(machine)) {
@@ -274,7 +274,7 @@ Json ProbeStatus(const VirtualKlipper& machine) {
   return {{"name", "load_cell_probe"}, {"last_z_result", machine.last_probe_z_mm}};
 }
 
-/// A Python literal as JSON tells it.
+/// Converts a Python literal to JSON.
 Json Literal(const std::string& text) {
   if (const auto number = ToNumber(text)) return *number;
   if (text == "None") return nullptr;

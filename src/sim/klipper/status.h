@@ -1,4 +1,4 @@
-// What the virtual Klipper's objects say of themselves.
+// Status of the virtual Klipper's objects.
 #pragma once
 
 #include <nlohmann/json.hpp>
@@ -9,13 +9,14 @@
 
 namespace trammel::sim {
 
-/// The names that printer.objects.list gives.
+/// Returns the names in printer.objects.list.
 [[nodiscard]] std::vector<std::string> ObjectNames(const VirtualKlipper& machine);
 
-/// What printer.gcode.help gives: the help of each command that has one.
+/// Returns the result of printer.gcode.help: the help of each command that has one.
 [[nodiscard]] nlohmann::json GcodeHelp(const VirtualKlipper& machine);
 
-/// All fields of one object at the machine's present time; an empty object for an unknown name.
+/// Returns all fields of one object at the machine's present time; an empty object for an unknown
+/// name.
 [[nodiscard]] nlohmann::json ObjectStatus(const VirtualKlipper& machine, const std::string& name);
 
 }  // namespace trammel::sim

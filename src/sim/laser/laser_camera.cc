@@ -10,12 +10,12 @@ namespace trammel::sim {
 namespace {
 
 constexpr int kPhases = 64;       // sub-pixel positions of the line's profile
-constexpr int kRaysPerRow = 4;    // of the laser's fan for each image row
+constexpr int kRaysPerRow = 4;    // of the laser fan, per image row
 constexpr int kBandReachPx = 72;  // columns on either side of the line that its light can reach
 constexpr double kReliefCellMm = 0.0125;  // half a row: a bead's edge is not to lock to it
 constexpr double kSlopeReachMm = 0.025;
 constexpr double kMarginMm = 0.8;      // beyond the image, for what throws shadow into it
-constexpr double kMatchStepMm = 0.02;  // of the march down a ray
+constexpr double kMatchStepMm = 0.02;  // step along a ray
 
 Tile SpeckleFactors(const Tile& normal, double contrast) {
   Tile tile = normal;
@@ -26,7 +26,7 @@ Tile SpeckleFactors(const Tile& normal, double contrast) {
   return tile;
 }
 
-// Four weights of the cubic B-spline: the lens's blur across rows.
+// Returns four weights of the cubic B-spline: the lens's blur across rows.
 std::array<double, 4> RowWeights(double t) {
   const double s = 1 - t;
   return {s * s * s / 6, (4 - 6 * t * t + 3 * t * t * t) / 6, (4 - 6 * s * s + 3 * s * s * s) / 6,
@@ -160,7 +160,7 @@ void LaserCamera::Splat(double column_px, double row_px, double weight, bool on_
   glow[1] += static_cast<float>(weight * (x - left));
 }
 
-// Follows the fan's rays from the slit down to the first surface that each one meets.
+// Traces the fan's rays from the slit to the first surface that each one hits.
 void LaserCamera::CastSheet(const LaserScene& scene, const View& view, double weight) {
   const Relief& relief = scene.relief;
   const double focal_px = traits_.px_per_mm * traits_.distance_mm;
@@ -203,7 +203,7 @@ void LaserCamera::CastSheet(const LaserScene& scene, const View& view, double we
         static_cast<double>(texture.bump_mm.At(static_cast<int>(std::floor(x / texture.cell_mm)),
                                                static_cast<int>(std::floor(y / texture.cell_mm))));
     const double rise = bump + traits_.plate_slope * (x - scene.level_x_mm);
-    double facing = 1;  // of the surface to the camera
+    double facing = 1;  // of the surface towards the camera
     if (on_filament) {
       const double dzdy =
           (relief.HeightAt(x, y + kSlopeReachMm) - relief.HeightAt(x, y - kSlopeReachMm)) /
@@ -220,7 +220,7 @@ void LaserCamera::CastSheet(const LaserScene& scene, const View& view, double we
   }
 }
 
-// Turns the light that entered each material into what comes out again around it.
+// Converts the light that entered each material to the light emitted around that point.
 void LaserCamera::SpreadGlow() {
   const int columns = (band_end_ - band_begin_) / kGlowCell + 1;
   const int rows = window_.height / kGlowCell + 1;
@@ -229,7 +229,7 @@ void LaserCamera::SpreadGlow() {
     const double sigma = sheen->glow_sigma_px / kGlowCell;
     const std::vector<float> kernel = GaussianKernel(sigma);
     const int radius = static_cast<int>(kernel.size() / 2);
-    // A long straight line, kGlowCell of weight per cell, shall glow with sheen->glow.
+    // A long straight line, kGlowCell of weight per cell, must glow with sheen->glow.
     const auto gain = static_cast<float>(sheen->glow * std::sqrt(2 * M_PI) * sigma / kGlowCell);
     std::fill(scratch_.begin(), scratch_.end(), 0.0F);
     for (int row = 0; row < rows; ++row) {
@@ -270,7 +270,7 @@ void LaserCamera::Render(const LaserScene& scene, const Exposure& exposure, Rand
   View view;
   view.centre_column_px = kSensorWidthPx / 2.0 - window_.x;
   view.centre_row_px = kSensorHeightPx / 2.0 - window_.y;
-  const auto place = [&](double share) {  // of the travel, from its middle
+  const auto place = [&](double share) {  // share of travel, from its middle
     const double scale = traits_.px_per_mm;
     view.laser_x_mm = exposure.laser_x_mm + share * exposure.travel_x_mm;
     view.laser_y_mm = exposure.laser_y_mm + share * exposure.travel_y_mm;
@@ -286,7 +286,7 @@ void LaserCamera::Render(const LaserScene& scene, const Exposure& exposure, Rand
     plate_glow_.assign(glow_cells, 0.0F);
     filament_glow_.assign(glow_cells, 0.0F);
     scratch_.resize(glow_cells);
-    // The line stands still in the image while the surface moves through it.
+    // The line is static in the image while the surface moves through it.
     const double travel_mm = std::hypot(exposure.travel_x_mm, exposure.travel_y_mm);
     const int places =
         travel_mm > 0.01 ? std::clamp(static_cast<int>(std::ceil(travel_mm / 0.06)), 3, 12) : 1;

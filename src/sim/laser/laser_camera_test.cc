@@ -33,7 +33,7 @@ Frame RenderIdeal(const Bed& bed, const LaserTraits& eye, double laser_mm,
   return frame;
 }
 
-// Where a pinhole at distance_mm sees the sheet's point at height z, in full-sensor columns.
+// Computes the full-sensor column of the sheet's point at height z, for a pinhole at distance_mm.
 double ExpectedColumn(const LaserTraits& eye, double z_mm) {
   const double focal_px = eye.px_per_mm * eye.distance_mm;
   const double foot_mm = (eye.stripe_column_px - 640) / eye.px_per_mm;  // from the optical axis

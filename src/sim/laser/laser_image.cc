@@ -1,4 +1,4 @@
-// The laser camera's picture: what the surfaces look like, and the laser's light on top.
+// Laser camera's picture: the surfaces' appearance, with the laser's light on top.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -9,7 +9,7 @@ namespace trammel::sim {
 namespace {
 
 constexpr int kNoiseCount = 1 << 16;
-constexpr double kSmearMm = 0.2;  // of movement during an exposure, above which the look smears
+constexpr double kSmearMm = 0.2;  // motion during an exposure above which the texture is blurred
 constexpr int kSmearPlaces = 6;
 constexpr float kVeil = 0.15F;  // share of one material's glow that is seen over the other
 
@@ -28,7 +28,7 @@ void LaserCamera::DrawLook(LaserScene& scene) const {
   scene.look_bgr.resize(relief.height_mm.size() * 3);
   const int column0 = static_cast<int>(std::floor(relief.origin_x_mm / relief.cell_mm));
   const int row0 = static_cast<int>(std::floor(relief.origin_y_mm / relief.cell_mm));
-  // Nodes and the texture's cells divide each other.
+  // The node spacing and the texture's cell size are multiples of each other.
   const double stride = relief.cell_mm / plate_texture_.cell_mm;
   const auto texel = [&](int node) { return static_cast<int>(std::floor(node * stride)); };
   const auto beyond = [&](int column, int row) {
@@ -60,8 +60,8 @@ void LaserCamera::DrawLook(LaserScene& scene) const {
   }
 }
 
-// Copies the look into the frame. What an ordinary sweep smears in one exposure is finer than the
-// plate's own texture; faster movement is summed over several places of the eye.
+// Copies the surfaces' appearance into the frame. The motion blur of an ordinary sweep is finer
+// than the plate's own texture; faster movement is summed over several positions of the camera.
 void LaserCamera::GatherLook(const LaserScene& scene, const View& view, const Exposure& exposure,
                              Frame& frame) {
   const Relief& relief = scene.relief;
@@ -102,7 +102,7 @@ void LaserCamera::GatherLook(const LaserScene& scene, const View& view, const Ex
 }
 
 void LaserCamera::AddNoise(double gain, Random& random, Frame& frame) const {
-  // One look-up per value: what each level becomes under each noise.
+  // One look-up per value: the result of each level under each noise.
   std::vector<std::uint8_t> noisy(noisy_.size());
   for (int level = 0; level < 256; ++level) {
     const std::uint8_t* from = noisy_.data() + std::ptrdiff_t{256} * ToByte(level * gain);
@@ -115,13 +115,13 @@ void LaserCamera::AddNoise(double gain, Random& random, Frame& frame) const {
   }
 }
 
-// What AddLaser needs to know of each column of the band, the same in all rows of a frame.
+// Data of each column of the band for AddLaser, the same in all rows of a frame.
 struct LaserCamera::Column {
   int relief = 0;
   int texture = 0;
   int plate_glow = 0;  // left of the two glow cells between which the column lies
   int filament_glow = 0;
-  float plate_share = 0;  // of the right one
+  float plate_share = 0;  // weight of the right one
   float filament_share = 0;
 };
 
@@ -184,7 +184,7 @@ void LaserCamera::AddLaser(const LaserScene& scene, const View& view, const Expo
       const bool bare = heights[column.relief] <= static_cast<float>(kBareMm);
       const float* p = plate_row + column.plate_glow;
       const float* q = filament_row + column.filament_glow;
-      // Light that spreads in one material is seen through it, and hardly through the other.
+      // Light that spreads in one material is visible through it, and hardly through the other.
       float light = (bare ? 1.0F : kVeil) * (p[0] + column.plate_share * (p[1] - p[0])) +
                     (bare ? kVeil : 1.0F) * (q[0] + column.filament_share * (q[1] - q[0]));
       if (core[i] > 0.002F) {
@@ -194,7 +194,7 @@ void LaserCamera::AddLaser(const LaserScene& scene, const View& view, const Expo
       }
       light *= static_cast<float>(exposure.gain);
       if (light < 0.002F) continue;
-      // The red filter leaks into green and blue only where red nears its full scale: measured on
+      // The red filter leaks into green and blue only where red approaches full scale: measured on
       // a real frame, green = 0.85 (red - 0.47), blue a little less, red clipped at 1.
       const float pink = 255 * 0.85F * std::max(0.0F, light - 0.47F);
       out[0] = Raised(out[0], 0.93F * pink);

@@ -14,7 +14,7 @@ struct TestPattern {
   double last_advance_s = 0.06;  ///< the first line has 0
   double slow_mm_s = 5;
   double fast_mm_s = 150;
-  double slow_fraction = 0.25;  ///< at either end
+  double slow_fraction = 0.25;  ///< per end
   double length_mm = 30;
   double acceleration_mm_s2 = 3000;
   double filament_per_mm = 0.045899;

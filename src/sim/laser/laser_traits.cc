@@ -7,7 +7,7 @@ namespace {
 
 void DrawPlate(const Condition& condition, Random& random, LaserTraits& traits) {
   Sheen& plate = traits.plate;
-  const double light = random.Uniform(0.6, 1.2);  // of the room
+  const double light = random.Uniform(0.6, 1.2);  // room light
   const double rest = random.Uniform(0.6, 1.2);   // status LEDs and the like, in the dark
   const auto look = [&](std::array<double, 3> bright, std::array<double, 3> dark) {
     for (std::size_t i = 0; i < 3; ++i) {

@@ -1,5 +1,4 @@
-// Agents of the virtual Moonraker: who they are, their events, and requests that others make of
-// them.
+// Agents of the virtual Moonraker: identification, events, and requests from others.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -110,7 +109,7 @@ Json Hub::Agents() const {
 }
 
 void Hub::AskAgent(const Json& params, const Reply& reply) {
-  constexpr std::size_t kMostAsked = 1000;  // of an agent that does not answer
+  constexpr std::size_t kMostAsked = 1000;  // pending requests to a silent agent
   const std::optional<std::string> agent = TextOf(params, "agent");
   if (!agent) return reply(NoData("agent"));
   const std::optional<std::string> method = TextOf(params, "method");
@@ -128,12 +127,12 @@ void Hub::AskAgent(const Json& params, const Reply& reply) {
   const std::int64_t id = next_request_++;
   connection.asked[id] = reply;
   Json request = {{"jsonrpc", "2.0"}, {"method", *method}, {"id", id}};
-  // An empty object or list is left out, as one that was never given.
+  // An empty object or list is omitted, like an absent one.
   if (arguments.is_structured() && !arguments.empty()) request["params"] = arguments;
   Send(*number, ToText(request));
 }
 
-// There is no time limit: whoever asks an agent that never answers waits for ever.
+// There is no time limit: a request to an agent that never answers waits forever.
 void Hub::TakeAgentAnswer(std::uint64_t number, const Json& message) {
   const auto id = message.find("id");
   if (id == message.end() || !id->is_number_integer()) return;

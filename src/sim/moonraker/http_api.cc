@@ -16,7 +16,7 @@ namespace {
 
 constexpr std::size_t kMostParts = 100;
 
-// The value of key="value" or key=value in a header.
+// Returns the value of key="value" or key=value in a header.
 std::string Attribute(std::string_view header, std::string_view key) {
   std::size_t at = 0;
   while ((at = header.find(key, at)) != std::string_view::npos) {
@@ -99,7 +99,7 @@ std::string Decoded(std::string_view text) {
 }
 
 HttpResponse Failure(int status, std::string message, const std::string& detail = {}) {
-  // A reason line cannot hold a newline; Moonraker then gives its default.
+  // A reason line cannot contain a newline; Moonraker then uses its default.
   if (message.find('\n') != std::string::npos) message = "Unknown";
   const Json body = {{"error",
                       {{"code", status},
@@ -114,7 +114,7 @@ HttpResponse Success(int status, const Json& body) {
           body.dump(-1, ' ', false, Json::error_handler_t::replace)};
 }
 
-// Paths of methods that HTTP offers: /printer/gcode/script is printer.gcode.script.
+// Returns the methods that HTTP offers: /printer/gcode/script is printer.gcode.script.
 std::string MethodOf(const std::string& path) {
   static const std::set<std::string> offered = {
       "server.info",
@@ -143,7 +143,7 @@ std::string MethodOf(const std::string& path) {
   return offered.count(method) > 0 ? method : std::string();
 }
 
-// What GET gives as a query and POST as JSON.
+// Returns the parameters: GET's query or POST's JSON.
 Json ParamsOf(const HttpRequest& request, const Target& target, const std::string& method) {
   Json params = Json::object();
   if (auto body = ParseBoundedJson(request.body, "the body"); body && body->is_object()) {
@@ -169,7 +169,7 @@ Json ParamsOf(const HttpRequest& request, const Target& target, const std::strin
   return params;
 }
 
-// A path inside the folder of G-code files; nothing that climbs out of it.
+// True for a path inside the folder of G-code files, without escapes from it.
 bool GoodName(const std::string& name) {
   return !name.empty() && name.size() < 256 && name.front() != '/' &&
          name.find("..") == std::string::npos && std::all_of(name.begin(), name.end(), [](char c) {
@@ -181,7 +181,7 @@ void Upload(Hub& hub, const HttpRequest& request, const HttpReply& reply) {
   const auto type = request.headers.find("content-type");
   const Result<std::vector<FormPart>> parts =
       ParseMultipart(type == request.headers.end() ? "" : type->second, request.body);
-  // What is wrong with an upload stands only in the trace.
+  // An upload's error appears only in the trace.
   const auto refuse = [&reply](const std::string& why) { reply(Failure(400, "Bad Request", why)); };
   if (!parts) return refuse(parts.error().message);
   std::map<std::string, std::string> fields;

@@ -1,4 +1,4 @@
-// The virtual Moonraker's HTTP: the same methods under paths, uploads and files.
+// Virtual Moonraker's HTTP: the same methods under paths, uploads and files.
 #pragma once
 
 #include <functional>
@@ -27,13 +27,13 @@ struct HttpResponse {
 
 using HttpReply = std::function<void(const HttpResponse&)>;
 
-/// Answers now or later. A target is at most 8 kB, a body as large as the caller took in.
+/// Answers at once or later. A target is at most 8 kB; the caller limits the body.
 void AnswerHttp(Hub& hub, const HttpRequest& request, const HttpReply& reply);
 
-/// Whether a request bears the key (X-Api-Key) or a one-shot token (?token=), or needs none.
+/// True if a request has the key (X-Api-Key) or a one-shot token (?token=), or needs none.
 [[nodiscard]] bool IsAuthorised(Hub& hub, const HttpRequest& request);
 
-/// The path of a target and its decoded query.
+/// Path of a target and its decoded query.
 struct Target {
   std::string path;
   std::map<std::string, std::string> query;
@@ -46,12 +46,12 @@ struct FormPart {
   std::string body;
 };
 
-/// Takes a multipart/form-data body apart. Errors (kInput): another content type, no boundary, a
-/// body that is not closed, more than 100 parts.
+/// Parses a multipart/form-data body. Errors (kInput): another content type, no boundary, an
+/// unclosed body, more than 100 parts.
 [[nodiscard]] Result<std::vector<FormPart>> ParseMultipart(std::string_view content_type,
                                                            std::string_view body);
 
-/// In lower-case hexadecimal.
+/// Returns the hash in lower-case hexadecimal.
 [[nodiscard]] std::string Sha256(std::string_view data);
 
 }  // namespace trammel::sim

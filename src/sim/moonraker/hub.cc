@@ -11,7 +11,7 @@
 namespace trammel::sim {
 namespace {
 
-constexpr double kStatusEveryS = 0.25;  // of the machine's time, as Klipper's
+constexpr double kStatusEveryS = 0.25;  // machine time, as in Klipper
 constexpr double kDumpEveryS = 0.5;
 constexpr double kCellEveryS = 0.1;
 constexpr double kDumpAheadS = 1.5;
@@ -71,7 +71,7 @@ bool Hub::TakeToken(const std::string& token) {
 }
 
 void Hub::Receive(std::uint64_t number, std::string_view text) {
-  // A message that was still under way when the connection was closed.
+  // The message was still in transit when the connection was closed.
   if (connections_.count(number) == 0) return;
   const Result<Json> parsed = ParseBoundedJson(text, "the message");
   if (connections_[number].through) {
@@ -101,7 +101,7 @@ void Hub::Receive(std::uint64_t number, std::string_view text) {
     if (id.is_null()) return;  // a notification wants no answer
     Json reply = {{"jsonrpc", "2.0"}, {"id", id}};
     if (answer.error) {
-      // Moonraker puts two of HTTP's codes into JSON-RPC's own.
+      // Moonraker maps two HTTP codes to JSON-RPC's own.
       const int code = answer.error->code == 404   ? -32601
                        : answer.error->code == 401 ? -32602
                                                    : answer.error->code;
@@ -202,7 +202,7 @@ void Hub::CloseAll() {
   for (Peer* peer : peers) peer->Close();
 }
 
-// Passes on what Klipper said, in its order.
+// Passes on Klipper's events, in order.
 void Hub::Pump() {
   std::vector<KlipperEvent> events;
   machine_.With([&](VirtualKlipper& klipper) { events = klipper.TakeEvents(); });

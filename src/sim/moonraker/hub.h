@@ -1,4 +1,4 @@
-// The virtual Moonraker without its sockets: connections, requests, subscriptions, notifications.
+// Virtual Moonraker without its sockets: connections, requests, subscriptions, notifications.
 #pragma once
 
 #include <cstddef>
@@ -30,16 +30,16 @@ struct ServerFaults {
 struct HubOptions {
   std::string api_key;  ///< empty: everybody is trusted
   std::uint64_t seed = 0;
-  /// Where the camera serves its frames on 127.0.0.1, 1 … 65535, or 0 where there is none: asked
-  /// whenever the webcams are listed.
+  /// Returns the camera's port on 127.0.0.1, 1 … 65535, or 0 if there is none: called whenever the
+  /// webcams are listed.
   std::function<int()> camera_port = [] { return 0; };
   int webcam_frames_per_s = 30;
-  std::size_t most_file_bytes = 256 << 20;  ///< of all uploads together
+  std::size_t most_file_bytes = 256 << 20;  ///< total of all uploads
   ServerFaults faults;
   std::shared_ptr<VirtualSpoolman> spoolman;  ///< none: Moonraker is not set up for one
 };
 
-/// What carries messages to one client.
+/// Connection that carries messages to one client.
 class Peer {
  public:
   virtual ~Peer() = default;
@@ -50,34 +50,34 @@ class Peer {
 /// Objects of a status request: all fields (absent), or the named ones.
 using StatusRequest = std::map<std::string, std::optional<std::set<std::string>>>;
 
-/// Not thread-safe: one thread calls it. The peers outlive their connections.
+/// Not thread-safe. The peers must outlive their connections.
 class Hub {
  public:
   Hub(MachineHost& machine, HubOptions options);
 
-  /// A number for the connection, or nothing where it is to be closed at once.
+  /// Returns the connection's number; absent if it must be closed at once.
   [[nodiscard]] std::optional<std::uint64_t> Open(Peer& peer, bool authorised);
-  /// The same for a client's connection of its own to Klipper, which is closed with each restart of
-  /// it; nothing while Klipper is away.
+  /// Opens a client's separate connection to Klipper, which closes with each restart of it; absent
+  /// while Klipper is down.
   [[nodiscard]] std::optional<std::uint64_t> OpenThrough(Peer& peer, bool authorised);
   void Close(std::uint64_t connection);
-  /// One message of a client, whatever it holds.
+  /// Handles one message of a client, with any content.
   void Receive(std::uint64_t connection, std::string_view text);
-  /// A request that came over HTTP.
+  /// Handles a request over HTTP.
   void Request(const std::string& method, const Json& params, const Reply& reply);
-  /// Takes the place of the faults so far.
+  /// Replaces the faults so far.
   void SetFaults(const ServerFaults& faults) { options_.faults = faults; }
   [[nodiscard]] double time_s() const { return time_s_; }
-  /// Moves the machine on and tells what happened. Times are the host's CLOCK_MONOTONIC.
+  /// Advances the machine and sends notifications. Times are the host's CLOCK_MONOTONIC.
   void Tick(double monotonic_s);
 
-  /// Forgets whoever waits for an answer; before the sockets go.
+  /// Drops all pending replies, before the sockets close.
   void Abandon();
-  /// Whether new connections are closed at once.
+  /// True if new connections are closed at once.
   [[nodiscard]] bool refuses() const { return time_s_ < refuse_until_s_; }
 
   [[nodiscard]] bool KeyIsRight(const std::string& key) const;
-  /// Good for one use within five seconds.
+  /// Returns a token for one use within five seconds.
   [[nodiscard]] std::string MakeToken();
   [[nodiscard]] bool TakeToken(const std::string& token);
   [[nodiscard]] MachineHost& machine() { return machine_; }
@@ -87,12 +87,12 @@ class Hub {
   struct Connection {
     Peer* peer = nullptr;
     bool authorised = false;
-    bool through = false;        ///< to Klipper: its words, not Moonraker's
+    bool through = false;        ///< true if linked to Klipper instead of Moonraker
     std::optional<Json> client;  ///< as identified: name, version, type, url
     std::set<std::string> remote_methods;
     StatusRequest subscription;
     Json told = Json::object();                ///< the last values of what it subscribed to
-    std::map<std::int64_t, Reply> asked = {};  ///< of this agent, and not answered yet
+    std::map<std::int64_t, Reply> asked = {};  ///< requests to this agent, not answered yet
   };
   struct Query {
     std::uint64_t connection = 0;
@@ -102,19 +102,19 @@ class Hub {
   };
   struct Dump {
     std::string source;       ///< "toolhead", "extruder", "force" or "taps"
-    std::string method;       ///< of the client
+    std::string method;       ///< client's method
     std::uint64_t owner = 0;  ///< the connection that it ends with, or 0: Moonraker's own
     std::size_t next = 0;
   };
 
   void Call(std::uint64_t connection, const std::string& method, const Json& params,
             const Reply& reply);
-  /// A message for Klipper itself.
+  /// Handles a message for Klipper itself.
   void ReceiveThrough(std::uint64_t connection, const Json& request);
-  /// Methods of Moonraker itself; false where there is no such method.
+  /// Calls a method of Moonraker itself; false if there is none.
   bool CallServer(std::uint64_t connection, const std::string& method, const Json& params,
                   const Reply& reply);
-  /// Methods that go on to Klipper.
+  /// Calls a method that is forwarded to Klipper.
   bool CallPrinter(std::uint64_t connection, const std::string& method, const Json& params,
                    const Reply& reply);
   Answer Identify(Connection& connection, std::uint64_t number, const Json& params);
@@ -122,17 +122,17 @@ class Hub {
   [[nodiscard]] std::optional<std::uint64_t> AgentNumber(const std::string& name) const;
   [[nodiscard]] Json Agents() const;
   Answer SendAgentEvent(const Connection& connection, std::uint64_t number, const Json& params);
-  /// Passes a request on to an agent, whose answer is the reply.
+  /// Forwards a request to an agent, whose answer is the reply.
   void AskAgent(const Json& params, const Reply& reply);
   void TakeAgentAnswer(std::uint64_t number, const Json& message);
-  /// Tells all others of an agent's event.
+  /// Notifies all others of an agent's event.
   void TellAgentEvent(std::uint64_t agent, const Json& event);
-  /// Ends what others wait for of a connection that has gone.
+  /// Ends the requests that wait for a closed connection.
   void EndAgent(std::uint64_t number, const Connection& connection);
   Answer StartDump(std::uint64_t connection, const Json& params);
   Answer StartCellDump(std::uint64_t connection, const std::string& method, const Json& params);
-  /// Registers a client's method for a source; an error where there are too many. As in Klipper it
-  /// ends only with the connection to Klipper, which is Moonraker's for all its clients.
+  /// Registers a client's method for a source; an error if there are too many. As in Klipper it
+  /// ends only with the connection to Klipper, which Moonraker shares among all its clients.
   Answer AddDump(std::uint64_t connection, const std::string& source, const Json& params,
                  std::size_t next, Json header);
   void SendDump(const Dump& dump, const Json& params);
@@ -143,8 +143,8 @@ class Hub {
   void Pump();
   void TellRemote(const KlipperEvent& event);
   void Disconnected();
-  /// Moves the machine to a time, or to that where a camera has moved it meanwhile: what is told of
-  /// it then and the time that goes with it are of one moment.
+  /// Advances the machine to a time, or to that of a camera meanwhile: status and time are of the
+  /// same moment.
   void MoveOn(VirtualKlipper& klipper, double monotonic_s);
   void StatusTick(VirtualKlipper& klipper);
   void DumpTick(VirtualKlipper& klipper);
@@ -171,7 +171,7 @@ class Hub {
   std::map<std::uint64_t, Reply> scripts_;
   std::vector<Query> queries_;
   std::vector<Dump> dumps_;
-  std::map<std::string, double> tokens_;  ///< with the time until which they are good
+  std::map<std::string, double> tokens_;  ///< by token: its expiry time
   double monotonic_s_ = 0;
   double time_s_ = 0;  ///< the machine's
   double next_status_s_ = 0;
@@ -181,10 +181,10 @@ class Hub {
   bool told_shutdown_ = false;
 };
 
-/// The objects of a request: {"objects": {"toolhead": null, "extruder": ["target"]}}.
+/// Parses the objects of a request: {"objects": {"toolhead": null, "extruder": ["target"]}}.
 [[nodiscard]] Result<StatusRequest> ParseStatusRequest(const Json& params);
 
-/// Files in the form of server.files.list.
+/// Returns files in the form of server.files.list.
 [[nodiscard]] Json FileList(const VirtualKlipper& klipper);
 
 }  // namespace trammel::sim

@@ -1,4 +1,4 @@
-// Streams of the virtual Klipper: what is passed through to it, and what it tells of a load cell.
+// Streams of the virtual Klipper: requests passed through to it, and its load cell data.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -45,7 +45,7 @@ void Hub::ReceiveThrough(std::uint64_t number, const Json& request) {
 
 namespace {
 
-// As Klipper's forks tell the moves of a tap.
+// Formats a tap's moves as Klipper's forks report them.
 Json MovesOf(const ProbedTap& tap) {
   Json moves = Json::array();
   for (const ZMove& move : tap.moves) {

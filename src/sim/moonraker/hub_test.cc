@@ -233,7 +233,7 @@ TEST(CellDumps, ForceTapsAndMotionComeAsARealServerSendsThem) {
                           "start_z", "x_r", "y_r", "z_r"}) {
     EXPECT_TRUE(tap["moves"][4].contains(key)) << key;
   }
-  // What comes as a stream is what the tap holds.
+  // The stream's samples equal the tap's.
   std::map<double, double> streamed;
   for (const Json& message : client.passed) {
     if (message.value("method", "") != "forces") continue;

@@ -1,4 +1,4 @@
-// The methods of the virtual Moonraker's API.
+// Methods of the virtual Moonraker's API.
 #include <fmt/format.h>
 
 #include <chrono>
@@ -13,7 +13,7 @@ namespace {
 constexpr double kNoTime = 0;
 const char* const kVersion = "v0.10.0-virtual";
 
-/// The clock that dates files, since 1970: the computer's, as the real one's.
+/// Returns the clock of file dates, since 1970: the computer's, as for the real one.
 double Now_s() {
   const std::chrono::duration<double> now = std::chrono::system_clock::now().time_since_epoch();
   return now.count();
@@ -183,7 +183,7 @@ bool Hub::CallServer(std::uint64_t number, const std::string& method, const Json
   } else if (method == "server.info") {
     reply(Answer::Ok(ServerInfo()));
   } else if (method == "machine.proc_stats") {
-    // Looked at once a second; the newest comes last.
+    // Sampled once a second; the newest is last.
     reply(Answer::Ok({{"moonraker_stats", Json::array({{{"time", std::floor(Now_s())},
                                                         {"cpu_usage", 1.5},
                                                         {"memory", 30000},
@@ -233,7 +233,7 @@ Answer Hub::AddDump(std::uint64_t connection, const std::string& source, const J
   const std::optional<std::string> method =
       form != params.end() && form->is_object() ? TextOf(*form, "method") : std::nullopt;
   if (method && dumps_.size() >= kMostDumps) return Answer::Error(400, "Too many dumps");
-  // Without a method nobody is told, which is no error.
+  // Without a method nobody is notified, which is no error.
   const auto found = connections_.find(connection);
   const bool through = found != connections_.end() && found->second.through;
   if (method) dumps_.push_back({source, *method, through ? connection : 0, next});

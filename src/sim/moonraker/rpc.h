@@ -1,4 +1,4 @@
-// The words of JSON-RPC between the virtual Moonraker's parts.
+// JSON-RPC types shared by the virtual Moonraker's parts.
 #pragma once
 
 #include <functional>
@@ -17,7 +17,7 @@ struct RpcError {
   std::optional<Json> data = {};  ///< an agent's own error
 };
 
-/// A result, or why there is none.
+/// Result, or the error.
 struct Answer {
   Json result;
   std::optional<RpcError> error;
@@ -28,20 +28,20 @@ struct Answer {
   }
 };
 
-/// The error for an argument that is not there.
+/// Returns the error of a missing argument.
 [[nodiscard]] inline Answer NoData(const char* argument) {
   return Answer::Error(400, std::string("No data for argument: ") + argument);
 }
 
-/// Takes the answer to one request; called once, now or later.
+/// Receives the answer to one request; called once, at once or later.
 using Reply = std::function<void(const Answer&)>;
 
-/// Hostile bytes can be no valid UTF-8; they are replaced rather than thrown about.
+/// Replaces invalid UTF-8 of hostile bytes instead of throwing.
 [[nodiscard]] inline std::string ToText(const Json& json) {
   return json.dump(-1, ' ', false, Json::error_handler_t::replace);
 }
 
-/// The argument of a request, or nothing where it is absent or no text.
+/// Returns the argument of a request; absent if it is missing or no text.
 [[nodiscard]] inline std::optional<std::string> TextOf(const Json& params, const char* key) {
   const auto found = params.find(key);
   if (found == params.end() || !found->is_string()) return std::nullopt;

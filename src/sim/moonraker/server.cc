@@ -38,11 +38,11 @@ constexpr std::size_t kMostWaitingBytes = 64 << 20;
 constexpr long kMostConnections = 100;
 constexpr auto kTick = std::chrono::milliseconds(3);
 
-// Held by each connection as long as it lasts: the holders are counted.
+// Shared by each connection for its lifetime: the owners are counted.
 using Place = std::shared_ptr<void>;
 
-// A client of the hub: its messages on their way out, one write at a time. One that takes nothing
-// is cut off.
+// Client of the hub: its outgoing messages, one write at a time. A client that does not read is
+// disconnected.
 class WebSocketSession : public Peer, public std::enable_shared_from_this<WebSocketSession> {
  public:
   /// @param through  to Klipper itself
@@ -57,7 +57,7 @@ class WebSocketSession : public Peer, public std::enable_shared_from_this<WebSoc
   void Accept(const http::request<http::string_body>& request) {
     beast::get_lowest_layer(socket_).expires_never();
     socket_.read_message_max(kLongestMessage);
-    // A client that answers no ping for some minutes has gone.
+    // A client that answers no ping for some minutes is gone.
     socket_.set_option(websocket::stream_base::timeout::suggested(beast::role_type::server));
     socket_.text(true);
     socket_.async_accept(request, [self = shared_from_this(), this](const ErrorCode& error) {
@@ -80,7 +80,7 @@ class WebSocketSession : public Peer, public std::enable_shared_from_this<WebSoc
   }
 
  private:
-  // A handler of reads and writes: an error ends the connection.
+  // Returns a handler of reads and writes: an error ends the connection.
   template <class Then>
   auto Unless(Then then) {
     return [self = shared_from_this(), this, then](const ErrorCode& error, std::size_t) {
@@ -236,7 +236,8 @@ struct PrinterServer::Sockets {
     return {};
   }
 
-  // The sessions hang in the context's handlers and speak to the hub as they go: it dies last.
+  // The sessions are owned by the context's handlers and call the hub when destroyed: it is
+  // destroyed last.
   ServerOptions options;
   Hub hub;
   Place places = std::make_shared<int>(0);
@@ -253,7 +254,7 @@ Result<std::unique_ptr<PrinterServer>> PrinterServer::Start(MachineHost& machine
   auto sockets = std::make_unique<Sockets>(machine, std::move(options));
   TRY(sockets->Listen());
   Sockets& running = *sockets;
-  // What a session's handler throws ends that session: nothing else holds it.
+  // An exception in a session's handler ends that session: nothing else holds it.
   running.thread = std::thread([&running] {
     RaiseThisThread(ThreadUrgency::kWorking);  // a printer's firmware keeps its own time
     while (NoteBug([&running] { running.context.run(); })) {

@@ -12,13 +12,14 @@ namespace trammel::sim {
 
 struct ServerOptions {
   HubOptions hub;
-  std::uint16_t port = 0;  ///< of 127.0.0.1; 0 takes a free one
+  std::uint16_t port = 0;  ///< on 127.0.0.1; 0: a free one
 };
 
-/// Serves from its own thread until it is destroyed.
+/// Serves from its own thread until destroyed.
 class PrinterServer {
  public:
-  /// Errors (kMachine) name the address and what the system said. `machine` outlives the server.
+  /// Errors (kMachine) contain the address and the system's message. `machine` must outlive the
+  /// server.
   [[nodiscard]] static Result<std::unique_ptr<PrinterServer>> Start(MachineHost& machine,
                                                                     ServerOptions options);
   ~PrinterServer();
@@ -26,8 +27,7 @@ class PrinterServer {
   PrinterServer& operator=(const PrinterServer&) = delete;
 
   [[nodiscard]] std::uint16_t port() const;
-  /// These faults from now on, instead of those so far; close_at_s and silent_from_s count from
-  /// now.
+  /// Replaces the faults so far; close_at_s and silent_from_s count from now.
   void Inject(ServerFaults faults);
 
  private:

@@ -93,7 +93,7 @@ void ExpectShape(const Json& real, const Json& ours, const std::string& where) {
   ASSERT_EQ(real.type_name(), std::string(ours.type_name())) << where;
   if (!real.is_object()) return;
   for (const auto& [key, value] : real.items()) {
-    // What hardware a printer has and what its config says is its own affair.
+    // A printer's hardware and its config are its own.
     if (key == "settings" || key == "config") continue;
     ASSERT_TRUE(ours.contains(key)) << where << " lacks " << key;
     ExpectShape(value, ours[key], where + "." + key);

@@ -12,7 +12,7 @@ namespace trammel::sim {
 namespace {
 
 constexpr int kOk = 200, kBad = 400, kNotThere = 404, kWrongForm = 422, kAway = 503;
-// What Moonraker says where Spoolman answers without a message.
+// Moonraker's message if Spoolman answers without one.
 constexpr const char* kNoWords404 = "HTTP 404: Not Found";
 constexpr const char* kNoWords405 = "HTTP 405: Method Not Allowed";
 constexpr const char* kNoWords422 = "HTTP 422: Unprocessable Content";
@@ -42,7 +42,7 @@ bool IsKey(const std::string& key) {
   });
 }
 
-// Why a value does not fit its field, in Spoolman's words; empty where it does.
+// Returns why a value does not fit its field, in Spoolman's words; empty if it does.
 std::string Misfit(const std::string& type, const Json& value) {
   if (type == "text" && !value.is_string()) return "Value is not a string.";
   if (type == "float" && !value.is_number()) return "Value is not a float.";
@@ -51,7 +51,7 @@ std::string Misfit(const std::string& type, const Json& value) {
   return "";
 }
 
-// Whether an entity's other extra fields stay when some of them are changed.
+// True if an entity's other extra fields persist when some of them are changed.
 bool LeavesOthers(const std::string& version, const std::string& entity) {
   int major = 0, minor = 0;
   if (std::sscanf(version.c_str(), "%d.%d", &major, &minor) != 2) return false;

@@ -1,4 +1,4 @@
-// A virtual Spoolman behind the virtual Moonraker: filaments, spools and their extra fields.
+// Virtual Spoolman behind the virtual Moonraker: filaments, spools and their extra fields.
 #pragma once
 
 #include <map>
@@ -11,8 +11,8 @@
 
 namespace trammel::sim {
 
-/// Holds what a Spoolman holds, and refuses what it refuses: its words and status codes are those
-/// of a Spoolman 0.26.1 behind a Moonraker v0.10.0-31. Thread-safe.
+/// Stores and rejects the same data as a real Spoolman: messages and status codes are those of a
+/// Spoolman 0.26.1 behind a Moonraker v0.10.0-31. Thread-safe.
 class VirtualSpoolman {
  public:
   /// @param version  "0.26.1". Of a change of some extra fields the others are left alone by a
@@ -22,32 +22,32 @@ class VirtualSpoolman {
   enum class Fault {
     kNone,
     kAway,     ///< Moonraker has no connection to it
-    kRubbish,  ///< its answers have another form
+    kRubbish,  ///< answers have another format
     kMeddled,  ///< another program changes the field that was written before the next look
     kCrossed,  ///< another program changes another field, `note`, just before a write
   };
 
-  /// Adds a filament and a spool of it, and makes that the active one.
+  /// Adds a filament with a spool and makes it the active one.
   /// @param vendor  empty: none
   /// @returns the spool's number, and the filament's
   int AddSpool(const std::string& vendor, const std::string& name, const std::string& material);
-  /// Archives a spool, which stays active.
+  /// Archives a spool, which remains active.
   void Archive(int spool);
   void Activate(std::optional<int> spool);
   void SetFault(Fault fault);
-  /// Defines a field and, with a value, fills it in. @param entity  "filament" or "spool"
+  /// Defines a field and, if given, sets its value. @param entity  "filament" or "spool"
   void SetExtra(const std::string& entity, int id, const std::string& key, const std::string& type,
                 const std::optional<std::string>& value);
-  /// The text in a field; absent where there is none.
+  /// Returns the text in a field; absent if there is none.
   [[nodiscard]] std::optional<std::string> Extra(const std::string& entity, int id,
                                                  const std::string& key) const;
 
-  /// A method `server.spoolman.…` of Moonraker. @returns whether there is such a method; it is
-  /// replied to, but where Spoolman hangs.
+  /// Calls a method `server.spoolman.…` of Moonraker. @returns false if there is no such method;
+  /// replies to others, unless Spoolman hangs.
   bool Call(const std::string& method, const Json& params, const Reply& reply);
 
  private:
-  /// What Spoolman answers to one request of its own interface.
+  /// Answer of Spoolman to one request of its own interface.
   struct Response {
     int status = 200;
     Json body;

@@ -12,13 +12,13 @@
 namespace trammel::sim {
 namespace {
 
-constexpr double kAroundMm = 20;  // of paper beyond the print
+constexpr double kAroundMm = 20;  // paper around the print
 constexpr double kWaveMm = 70;
 constexpr double kTable = 0.2;  // reflectance of what lies under the paper
 constexpr int kBandRows = 64;
 constexpr int kPaperSteps = 64;  // along each of its edges
-// What the pyramid of CoverageRows smears already: a square of a pixel twice, less the square that
-// every pixel has.
+// Blur of the pyramid of CoverageRows: a square of a pixel twice, less the square that every pixel
+// has.
 constexpr double kPyramidPx = 0.29;
 
 InkOutline PaperOutline(const PhoneMap& map, double outwards) {
@@ -37,7 +37,7 @@ InkOutline PaperOutline(const PhoneMap& map, double outwards) {
   return outline;
 }
 
-// Light of one channel, reflectances, before the lens blurs it.
+// Draws the light of one channel, reflectances, before the lens blurs it.
 void DrawChannel(const PrintedSheet& sheet, const PhoneTraits& traits, const PhoneMap& map,
                  std::size_t rgb, cv::Mat& plane) {
   const double channel_px = rgb == 0 ? traits.colour_px : rgb == 2 ? -traits.colour_px : 0;
@@ -89,7 +89,7 @@ void DrawChannel(const PrintedSheet& sheet, const PhoneTraits& traits, const Pho
   }
 }
 
-// Lamp and sensor: from reflectances to bytes.
+// Applies lamp and sensor: from reflectances to bytes.
 void Expose(const PhoneTraits& traits, std::size_t rgb, Random random, cv::Mat& plane,
             Frame& frame) {
   const double rest =
@@ -134,14 +134,14 @@ void Expose(const PhoneTraits& traits, std::size_t rgb, Random random, cv::Mat& 
 PhoneMap::PhoneMap(const PrintedSheet& sheet, const PhoneTraits& traits)
     : traits_(traits), print_(Turned(sheet, 0)) {
   reach_mm_ = std::hypot(print_.half_width_mm, print_.half_height_mm);
-  // The sheet turned in its own plane, then tilted about the line across the way it falls.
+  // Rotates the sheet in its own plane, then tilts it about the line across the tilt's direction.
   const double c = std::cos(traits.turn_rad);
   const double s = std::sin(traits.turn_rad);
   const double kx = -std::sin(traits.tilt_to_rad);
   const double ky = std::cos(traits.tilt_to_rad);
   const double cosine = std::cos(traits.tilt_rad);
   const double sine = std::sin(traits.tilt_rad);
-  // Rodrigues about (kx, ky, 0): +x towards -z, which lies away from the camera.
+  // Rodrigues about (kx, ky, 0): +x towards -z, which points away from the camera.
   const double tilt[3][3] = {{cosine + kx * kx * (1 - cosine), kx * ky * (1 - cosine), ky * sine},
                              {kx * ky * (1 - cosine), cosine + ky * ky * (1 - cosine), -kx * sine},
                              {-ky * sine, kx * sine, cosine}};

@@ -52,7 +52,7 @@ double DarkAt(const Frame& frame, int row, double about_px) {
 }
 
 TEST(PhoneMap, StraightAboveIsAPinhole) {
-  const PrintedSheet sheet = Lines({90, 110});  // its middle is (100, 100)
+  const PrintedSheet sheet = Lines({90, 110});  // centred at (100, 100)
   const PhoneMap map(sheet, PhoneTraits{});
   const PixelPlace place = map.PixelOf({110, 105});
   EXPECT_NEAR(place.x_px, 2016 + 5600 * 10 / 310.0, kClosedFormPx);

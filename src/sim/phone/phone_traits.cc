@@ -1,4 +1,4 @@
-// A phone's values: their bounds, their names, drawn, and as truth.
+// Values of a phone: bounds, names, random draw, and truth.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -19,7 +19,7 @@ struct PhoneField {
   const char* name;
   double least;
   double most;
-  double unit;  // of the name's number in the field's own unit
+  double unit;  // field's units per unit of the name's number
   double& (*at)(PhoneTraits& traits);
 };
 
@@ -56,7 +56,7 @@ constexpr PhoneField kFields[] = {
     {"gamma", 0.5, 3, 1, [](PhoneTraits& t) -> double& { return t.gamma; }},
 };
 
-// Whole numbers, and what each tool has of its own: "line-3-um", "colour-3-px".
+// Whole numbers, and traits of each tool: "line-3-um", "colour-3-px".
 enum class Special { kNone, kWidth, kHeight, kQuality, kToolHeight, kToolColour };
 
 Special SpecialOf(std::string_view name, std::size_t& tool) {
@@ -208,7 +208,7 @@ std::string PhoneJpeg(const Frame& frame, const PhoneTraits& traits) {
   put(1, 2);                                         // one entry:
   put(0x8769, 2), put(4, 2), put(1, 4), put(26, 4);  // the place of the camera's own directory
   put(0, 4);
-  put(1, 2);  // which has one entry, FocalLengthIn35mmFilm
+  put(1, 2);  // with one entry, FocalLengthIn35mmFilm
   put(0xa405, 2), put(3, 2), put(1, 4), put(static_cast<unsigned>(focal), 4);
   put(0, 4);
   const std::size_t length = exif.size() + 2;

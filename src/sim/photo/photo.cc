@@ -18,21 +18,21 @@
 namespace trammel::sim {
 namespace {
 
-using Bgr = std::array<double, 3>;  // of full scale
+using Bgr = std::array<double, 3>;  // relative to full scale
 
 constexpr int kSamples = 2;      // per pixel, each way
-constexpr double kMarginMm = 2;  // of relief around the print, for shadows
+constexpr double kMarginMm = 2;  // relief around the print, for shadows
 constexpr double kFinestCellMm = 0.025;
 constexpr double kMostCells = 20e6;
 constexpr double kBlockMm = 1;  // resolution at which bare plate is told apart quickly
 constexpr double kTextureCellMm = 0.035;
 
-// What things look like in even light of full strength.
+// Appearance of materials in even light of full strength.
 struct Materials {
   Bgr plate;
   double plate_relief = 0;  // contrast that the plate's texture throws
   Bgr filament;
-  double depth_mm = 0.1;  // to which one sees into the filament
+  double depth_mm = 0.1;  // visible depth in the filament
   double gloss = 0;
 };
 
@@ -68,7 +68,7 @@ class Scene {
               std::sin(traits.light_elevation_rad)};
   }
 
-  /// The light that arrives along one ray, of full scale.
+  /// Returns the light that arrives along one ray, relative to full scale.
   [[nodiscard]] Bgr See(double x_px, double y_px) const {
     const Vector3 ray = camera_.Ray(x_px, y_px);
     const Vector3& eye = camera_.position();
@@ -109,7 +109,7 @@ class Scene {
     }
   }
 
-  // Whether there is filament within a block's width.
+  // True if there is filament within a block's width.
   [[nodiscard]] bool Near(double x, double y) const {
     const double column = (x - relief_.origin_x_mm) / kBlockMm;
     const double row = (y - relief_.origin_y_mm) / kBlockMm;
@@ -118,7 +118,7 @@ class Scene {
                                             static_cast<int>(column))] != 0;
   }
 
-  // Moves (x, y) from where the ray would meet the plate to where it meets the surface.
+  // Moves (x, y) from the ray's intersection with the plate to that with the surface.
   double Meet(const Vector3& ray, double& x, double& y) const {
     constexpr int kSteps = 10;
     const auto gap = [&](double z) { return z - relief_.HeightAt(x - ray.x * z, y - ray.y * z); };
@@ -139,7 +139,7 @@ class Scene {
     return z;
   }
 
-  // 1 in the light, less where a bead stands between plate and lamp.
+  // Returns 1 in the light, less where a bead is between plate and lamp.
   [[nodiscard]] double ShadowAt(double x, double y) const {
     double deepest = 0;
     for (int i = 1; i <= 5; ++i) {
@@ -160,7 +160,7 @@ class Scene {
     const double here = static_cast<double>(bumps_.At(column, row));
     const double right = static_cast<double>(bumps_.At(column + 1, row));
     const double above = static_cast<double>(bumps_.At(column, row + 1));
-    // Lit from the lamp's side, as a relief; and winding crests stand out.
+    // Shades the relief from the lamp's side, with raised winding crests.
     const double emboss = (here - right) * light_.x + (here - above) * light_.y;
     const double level = here + fx * (right - here) + fy * (above - here);
     const double crest = 2.2 * std::exp(-3 * level * level) - 1;
@@ -244,7 +244,7 @@ class Scene {
   std::vector<std::uint8_t> blocks_;
 };
 
-// Lens blur, the camera's sharpening and its noise.
+// Applies lens blur, the camera's sharpening and its noise.
 void Develop(const PhotoTraits& traits, Random& random, cv::Mat& light, Frame& frame) {
   if (traits.blur_sigma_px > 0) cv::GaussianBlur(light, light, {}, traits.blur_sigma_px);
   if (traits.sharpening > 0) {

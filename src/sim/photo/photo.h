@@ -11,13 +11,14 @@
 
 namespace trammel::sim {
 
-/// The smallest region that holds all filament. Error (kInput): there is none on the bed.
+/// Returns the smallest region that contains all filament. Error (kInput): there is none on the
+/// bed.
 [[nodiscard]] Result<BedRegion> PrintedRegion(const Bed& bed);
 
-/// Renders the whole print as the camera sees it, before JPEG.
+/// Renders the camera's view of the whole print, before JPEG.
 /// @param random  Draws plate texture and noise.
-/// Error (kInput): nothing was printed; a size outside what PhotoTraits allows.
-/// Accuracy: bead edges lie within 0.25 px of PhotoCamera::Project of the bead's edge where the
+/// Error (kInput): nothing was printed; a size outside the range of PhotoTraits.
+/// Accuracy: bead edges are within 0.25 px of PhotoCamera::Project of the bead's edge if the
 /// picture has at least 3 px per bead width. Cost: about 0.5 s per million pixels.
 [[nodiscard]] Result<Frame> RenderPhoto(const Bed& bed, const PhotoTraits& traits, Random random);
 

@@ -41,7 +41,7 @@ PhotoTraits DrawPhotoTraits(PhotoScene scene, Random& random) {
   traits.vignetting = random.Uniform(0.1, 0.4);
   traits.exposure = random.Uniform(0.9, 1.15);
   const bool light_plate = scene == PhotoScene::kBlackOnLight;
-  // The camera's own lamps: a bright patch of glints, and a faint coloured one.
+  // Camera's own lamps: a bright patch of glints, and a faint coloured one.
   traits.reflections.push_back({random.Uniform(-0.15, 0.15),
                                 random.Uniform(-0.50, -0.30),
                                 random.Uniform(0.12, 0.22),
@@ -93,7 +93,7 @@ PhotoCamera::PhotoCamera(const PhotoTraits& traits, const BedRegion& subject)
                      std::sin(traits.tilt_rad) * std::sin(traits.tilt_towards_rad),
                      std::cos(traits.tilt_rad)};
   forward_ = {-away.x, -away.y, -away.z};
-  // Bed +x points right in the picture, but for the roll.
+  // Bed +x points right in the picture, apart from the roll.
   const Vector3 level = Normalised(Cross({0, 1, 0}, away));
   const Vector3 up = Cross(away, level);
   const double c = std::cos(traits.roll_rad);
@@ -103,7 +103,7 @@ PhotoCamera::PhotoCamera(const PhotoTraits& traits, const BedRegion& subject)
 
   const Vector3 middle{(subject.min_x_mm + subject.max_x_mm) / 2,
                        (subject.min_y_mm + subject.max_y_mm) / 2, 0};
-  // The extent in the picture falls with the distance; bisection needs no formula for the tilt.
+  // The extent in the picture falls with the distance; bisection avoids a formula for the tilt.
   double near = 1;
   double far = 1e5;
   for (int i = 0; i < 80; ++i) {

@@ -83,7 +83,7 @@ TEST(Photo, BeadEdgesLieWhereTheCameraProjectsThem) {
   PhotoTraits traits = SmallPhoto();
   traits.roll_rad = 0.01;
   traits.light_elevation_rad = 1.5;  // no shadow beside the bead
-  traits.focal_heights = 5;          // from afar, so that a bead's flank hides nothing
+  traits.focal_heights = 5;          // large distance: a bead's flank hides nothing
   const Bed bed = ThreeBeads();
   const Result<Frame> photo = RenderPhoto(bed, traits, Random(1));
   ASSERT_TRUE(photo) << photo.error().message;

@@ -11,7 +11,7 @@ namespace trammel::sim {
 
 namespace {
 
-constexpr double kRoundShare = 1 - std::numbers::pi / 4;  // of h^2 that a stadium lacks
+constexpr double kRoundShare = 1 - std::numbers::pi / 4;  // of h^2, missing in a stadium
 constexpr double kFullWidthInNozzles = 1.25;
 constexpr double kMostRise = 1;
 constexpr double kRisePerSurplus = 0.35;
@@ -20,13 +20,13 @@ constexpr double kDropletLengthMm = 0.15;
 constexpr double kDrawnBackMm = 0.3;  // length of bead that takes up what is too little
 constexpr double kDropletPitchMm = 0.8;
 
-// The length that node i stands for, in spacings.
+// Returns the length represented by node i, in spacings.
 double Share(std::size_t i, std::size_t count) { return i == 0 || i + 1 == count ? 0.5 : 1.0; }
 
-// Gathers the material of nodes [begin, end) in droplets.
+// Collects the material of nodes [begin, end) in droplets.
 void Gather(std::span<double> area, std::size_t begin, std::size_t end, double spacing_mm,
             double break_area_mm2, Random& random) {
-  double volume = 0;  // in mm^2 times spacings
+  double volume = 0;  // mm^2 times spacings
   double nodes = 0;
   for (std::size_t i = begin; i < end; ++i) {
     volume += area[i] * Share(i, area.size());
@@ -38,8 +38,8 @@ void Gather(std::span<double> area, std::size_t begin, std::size_t end, double s
   const double droplets =
       std::floor(std::min(volume / least, std::max(1.0, nodes * spacing_mm / kDropletPitchMm)));
   if (droplets < 1) {
-    // Too little for a droplet of its own: surface tension draws it into the end of the bead next
-    // to it, the one before if there is one.
+    // Too little for a droplet of its own: surface tension draws it into the end of the adjacent
+    // bead, preferably the one before.
     const auto reach = static_cast<std::size_t>(std::ceil(kDrawnBackMm / spacing_mm));
     std::size_t first = begin > 0 ? begin - 1 : std::min(end, area.size() - 1);
     std::size_t last = first + 1;

@@ -1,21 +1,20 @@
-// What a virtual printer left on its bed. The renderers see this and nothing else of the print.
+// Print on the bed of a virtual printer. The renderers see this and nothing else of the print.
 #pragma once
 
 #include <vector>
 
 namespace trammel::sim {
 
-/// The cross-section of a bead where the nozzle passed one point.
+/// Cross-section of a bead at one point of the nozzle's path.
 struct BeadSample {
   double x_mm = 0;  ///< on the bed
   double y_mm = 0;
   double area_mm2 = 0;   ///< 0 where the filament broke
-  double width_mm = 0;   ///< at the plate; 0 where it broke
-  double height_mm = 0;  ///< of its top above the plate
+  double width_mm = 0;   ///< at the plate; 0: broken
+  double height_mm = 0;  ///< top above the plate
 };
 
-/// One unbroken movement of the nozzle with filament: samples in print order, at most 0.05 mm
-/// apart.
+/// Continuous movement of the nozzle with filament: samples in print order, at most 0.05 mm apart.
 struct Strand {
   std::vector<BeadSample> samples;
 };
@@ -26,7 +25,7 @@ struct Bed {
   std::vector<Strand> strands;
 };
 
-/// The truth of one virtual print, kept beside its recordings and never read by the analysis.
+/// Truth of one virtual print, stored beside its recordings and never read by the analysis.
 struct PrintTruth {
   double pressure_advance_s = 0;  ///< K*: the PA that stores just what the speed change needs
 };

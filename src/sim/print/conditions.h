@@ -1,4 +1,4 @@
-// The twelve conditions under which the paper scanned: plate, filament and light.
+// The paper's twelve scan conditions: plate, filament and light.
 #pragma once
 
 #include <array>
@@ -23,13 +23,14 @@ struct Condition {
   bool ambient = false;  ///< room light on
 };
 
-/// All of them, in the order of the paper's table: plates, then filaments, ambient before dark.
+/// Returns all conditions, in the order of the paper's table: plates, then filaments, ambient
+/// before dark.
 [[nodiscard]] std::array<Condition, 12> AllConditions();
 
-/// PLATE-FILAMENT-LIGHT, for example "matte-black-dark".
+/// Returns PLATE-FILAMENT-LIGHT, for example "matte-black-dark".
 [[nodiscard]] std::string ToString(const Condition& condition);
 
-/// The inverse of ToString. Error (kInput): another name; the message lists what exists.
+/// Inverts ToString. Error (kInput): an unknown name; the message lists the known ones.
 [[nodiscard]] Result<Condition> ParseCondition(std::string_view name);
 
 }  // namespace trammel::sim

@@ -10,7 +10,7 @@
 namespace trammel::sim {
 namespace {
 
-// Taps of the triangular kernel on the step grid, normalised so that no filament is lost.
+// Returns taps of the triangular kernel on the step grid, normalised so that no filament is lost.
 std::vector<double> KernelTaps(double smooth_time_s) {
   const int half = static_cast<int>(std::ceil(smooth_time_s / 2 / kStepS));
   std::vector<double> taps;
@@ -26,8 +26,8 @@ std::vector<double> KernelTaps(double smooth_time_s) {
   return taps;
 }
 
-// Filament that one move has commanded by a time, pressure advance included. After the move the
-// advance is gone again; where the next move deposits at the same speed it brings it back.
+// Returns the filament commanded by one move up to a time, pressure advance included. After the
+// move the advance is withdrawn; if the next move deposits at the same speed, it is restored.
 double CommandedBy(const TimedMove& timed, double time_s) {
   const double ratio = timed.move.e_mm / timed.length_mm;
   const PathState state = StateAt(timed, time_s);
@@ -51,12 +51,12 @@ void DriveMove(const TimedMove& timed, std::span<const double> taps, std::vector
   }
 }
 
-// The hot end: filament in, filament out.
+// Hot end: filament in, filament out.
 class HotEnd {
  public:
   HotEnd(Starvation starvation) : starvation_(starvation) {}
 
-  // Pushes filament in during one step; returns what comes out (>= 0).
+  // Pushes filament in during one step; returns the output (>= 0).
   double Push(double filament_mm, const StorageLaw& law, bool printing) {
     const bool refills = starvation_ == Starvation::kRefill || !printing;
     const double in_mm_s = filament_mm / kStepS;
@@ -81,7 +81,7 @@ class HotEnd {
   double stored_mm_ = 0;
 };
 
-// Where on its stroke the nozzle is, for rising times.
+// Position of the nozzle on its stroke, for rising times.
 class StrokeWalker {
  public:
   StrokeWalker(std::span<const TimedMove> plan, const Stroke& stroke)

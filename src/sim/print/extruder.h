@@ -1,4 +1,4 @@
-// From planned motion to the filament that leaves the nozzle.
+// Filament that leaves the nozzle, from planned motion.
 #pragma once
 
 #include <cstddef>
@@ -12,21 +12,21 @@ namespace trammel::sim {
 
 /// Integration step; also the grid of the smoothing kernel.
 inline constexpr double kStepS = 0.25e-3;
-/// The filament's clock starts this long before the motion's: smoothing looks ahead.
+/// Lead of the filament's clock over the motion's: smoothing looks ahead.
 inline constexpr double kLeadS = 0.25;
 
-/// Filament pushed in each step, mm; element i covers the time from i * kStepS - kLeadS. Klipper's
-/// rule: position + advance * velocity where a move
-/// deposits, position alone elsewhere, averaged with a triangular kernel of total width
-/// smooth_time. As in Klipper, an advance of 0 also switches the averaging off. Sums to the
-/// commanded filament. REQUIRES smooth times of at most 0.2 s.
+/// Returns the filament pushed in each step, mm; element i covers the time from i * kStepS -
+/// kLeadS. Klipper's rule: position + advance * velocity if a move deposits, position alone
+/// otherwise, averaged with a triangular kernel of total width smooth_time. As in Klipper, an
+/// advance of 0 also switches the averaging off. Sums to the commanded filament. REQUIRES smooth
+/// times of at most 0.2 s.
 [[nodiscard]] std::vector<double> DrivenFilament(std::span<const TimedMove> plan);
 
-/// One unbroken stroke: consecutive moves that deposit.
+/// Unbroken stroke: consecutive moves that deposit.
 struct Stroke {
   std::size_t first = 0;  ///< index into the plan
   std::size_t last = 0;   ///< inclusive
-  double length_mm = 0;   ///< in x and y and z
+  double length_mm = 0;   ///< in x, y and z
   double arrives_s = 0;   ///< the nozzle stands at the stroke's start from here on
   double start_s = 0;
   double end_s = 0;
@@ -36,7 +36,7 @@ struct Stroke {
 
 [[nodiscard]] std::vector<Stroke> FindStrokes(std::span<const TimedMove> plan);
 
-/// What one stroke's extrusion is like: drawn from the traits.
+/// Properties of one stroke's extrusion, drawn from the traits.
 struct StrokeFlow {
   StorageLaw law;
   double factor = 1;         ///< delivered over commanded
@@ -52,7 +52,7 @@ struct ExtruderOptions {
   double drift_period_s = 40;
 };
 
-/// What left the nozzle along one stroke.
+/// Filament that left the nozzle along one stroke.
 struct StrokeDeposit {
   double spacing_mm = 0;            ///< between nodes; the first and last node are the ends
   std::vector<double> filament_mm;  ///< per node: within half a spacing of it
@@ -66,7 +66,7 @@ struct Extrusion {
 };
 
 /// Pushes the driven filament through the hot end. Stored filament s follows ds = driven - out with
-/// out = S^-1(s), solved with an exponential step (exact for the linear law); filament is conserved
+/// out = S^-1(s), solved with an exponential step (exact for the linear law). Filament is conserved
 /// with Starvation::kRefill before `factor` and drift apply.
 /// @param driven  from DrivenFilament of the same plan
 /// @param flows   one per stroke

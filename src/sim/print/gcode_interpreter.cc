@@ -46,7 +46,7 @@ class Interpreter {
   Program Take() { return std::move(program_); }
 
  private:
-  // Reads a parameter into `target`, scaled; leaves it where the parameter is absent.
+  // Reads a parameter into `target`, scaled; unchanged if the parameter is absent.
   Result<bool> Read(const Command& command, const std::string& key, const Bound& bound,
                     double& target, double factor = 1);
   Result<void> Linear(const Command& command);
@@ -155,7 +155,7 @@ Result<void> Interpreter::SetOffset(const Command& command) {
     const auto set = TRY(NumberOf(command, kAxisKeys[axis], kPositionMm));
     const auto adjust =
         TRY(NumberOf(command, std::string(kAxisKeys[axis]) + "_ADJUST", kPositionMm));
-    // An absolute offset replaces what this command gave before; G92 shifts are rare beside it.
+    // An absolute offset replaces this command's earlier one; G92 shifts are rare in combination.
     const double shift = set.has_value() ? *set - offset_[axis] : adjust.value_or(0);
     offset_[axis] += shift;
     state_.base[axis] += shift;

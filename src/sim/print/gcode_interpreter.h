@@ -1,4 +1,4 @@
-// Reads G-code as a printer's firmware does: modal state in, absolute moves out.
+// Interprets G-code as a printer's firmware does: modal state in, absolute moves out.
 #pragma once
 
 #include <map>
@@ -16,7 +16,7 @@ struct Position {
   double z_mm = 0;
 };
 
-/// A straight move with everything that was in force when it was commanded.
+/// Straight move with the state in force when it was commanded.
 struct Move {
   Position from;
   Position to;
@@ -25,13 +25,13 @@ struct Move {
   double acceleration_mm_s2 = 0;  ///< > 0
   double corner_velocity_mm_s = 0;
   double minimum_cruise_ratio = 0;
-  double pressure_advance_s = 0;  ///< as set, whether or not it applies to this move
+  double pressure_advance_s = 0;  ///< as set, even if not applied to this move
   double smooth_time_s = 0;       ///< as set
   bool stop_before = false;       ///< the planner must come to rest first (dwell, PA change)
   double dwell_before_s = 0;
 };
 
-/// What the printer has before the first command.
+/// Printer's state before the first command.
 struct InterpreterDefaults {
   double max_velocity_mm_s = 500;
   double acceleration_mm_s2 = 3000;
@@ -48,7 +48,7 @@ struct Program {
 
 /// Interprets the Klipper commands that printing files use, and the pressure-advance commands of
 /// Marlin (M900 K) and RepRapFirmware (M572 D S), both without smoothing as in those firmwares.
-/// Errors name the line number and the value: a malformed or non-finite number, a position beyond
+/// Errors state the line number and the value: a malformed or non-finite number, a position beyond
 /// +-10 m, a feed, acceleration or pressure advance out of bounds, more than a million moves.
 [[nodiscard]] Result<Program> InterpretGcode(std::string_view text,
                                              const InterpreterDefaults& defaults);

@@ -42,7 +42,7 @@ TEST(GcodeInterpreter, SavedStateComesBackWithModesOffsetAndFeed) {
       "RESTORE_GCODE_STATE NAME=a MOVE=1 MOVE_SPEED=50\n");
   ASSERT_EQ(program.moves.size(), 5U);
   EXPECT_DOUBLE_EQ(program.moves[2].to.x_mm, 20);
-  EXPECT_DOUBLE_EQ(program.moves[2].e_mm, 1);  // from logical 1 to 2 although 0.5 was drawn back
+  EXPECT_DOUBLE_EQ(program.moves[2].e_mm, 1);  // logical 1 to 2, although 0.5 was retracted
   EXPECT_DOUBLE_EQ(program.moves[2].feed_mm_s, 10);
   EXPECT_DOUBLE_EQ(program.moves[4].to.x_mm, 10);
   EXPECT_DOUBLE_EQ(program.moves[4].feed_mm_s, 50);

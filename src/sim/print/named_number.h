@@ -23,7 +23,7 @@ struct NamedNumber {
   double most = std::numeric_limits<double>::infinity();
 };
 
-/// The table's names, separated by commas.
+/// Returns the table's names, separated by commas.
 template <class Target, std::size_t count>
 [[nodiscard]] std::string NamesOf(const NamedNumber<Target> (&table)[count]) {
   std::string names;
@@ -36,7 +36,7 @@ struct NamedValue {
   double value = 0;
 };
 
-/// Reads NAME=NUMBER. Error (kInput), which begins with the option: another form, or not finite.
+/// Parses NAME=NUMBER. Error (kInput), which begins with the option: another form, or not finite.
 [[nodiscard]] inline Result<NamedValue> ParseNamedValue(std::string_view option,
                                                         std::string_view text) {
   const std::size_t equals = text.find('=');
@@ -50,7 +50,7 @@ struct NamedValue {
   return named;
 }
 
-/// Sets the named field. @returns false where the table does not have the name.
+/// Sets the named field. @returns false if the table lacks the name.
 /// Error (kInput): a value outside the field's bounds.
 template <class Target, std::size_t count>
 [[nodiscard]] Result<bool> SetNamed(const NamedNumber<Target> (&table)[count],
@@ -86,12 +86,12 @@ template <class Value, std::size_t count>
       fmt::format("there is no {} \"{}\"; choose one of {}", what, name.substr(0, 60), known));
 }
 
-/// A count out of an option's number; -1 where it is negative, at most a million.
+/// Converts an option's number to a count; -1 if it is negative, at most a million.
 [[nodiscard]] inline int WholeOf(double value) {
   return static_cast<int>(std::clamp(value, -1.0, 1e6));
 }
 
-/// The error of an option whose name is in no table.
+/// Returns the error of an option whose name is in no table.
 [[nodiscard]] inline tl::unexpected<Error> NoSuchName(std::string_view option,
                                                       std::string_view text,
                                                       const std::string& names) {

@@ -1,4 +1,4 @@
-// Reads *.plan.json: where the lines of a printed pattern are.
+// Reads *.plan.json: the positions of a printed pattern's lines.
 #pragma once
 
 #include <string>
@@ -23,7 +23,8 @@ struct PlannedLine {
   double end_y_mm = 0;
 };
 
-/// Format 1 of *.plan.json (docs/reference/formats.md), as far as the virtual print shop needs it.
+/// Format 1 of *.plan.json (docs/reference/formats.md), limited to the fields that trammel-sim
+/// needs.
 struct Plan {
   double line_length_mm = 0;
   double acceleration_mm_s2 = 0;

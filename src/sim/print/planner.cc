@@ -10,13 +10,13 @@ namespace {
 
 // Klipper's instantaneous_corner_velocity: a sudden change of filament speed that needs no ramp.
 constexpr double kFilamentStepMmS = 1;
-// Moves straighter or sharper than this cosine count as exactly straight or turned back.
+// Moves straighter or sharper than this cosine count as exactly straight or reversed.
 constexpr double kStraightCosine = 0.999999;
 constexpr double kNoPeak = std::numeric_limits<double>::infinity();
-// Longer dwells are cut to this: nothing moves, and no hot end oozes for longer.
+// Maximum dwell: nothing moves, and no hot end oozes for longer.
 constexpr double kLongestDwellS = 2;
 
-// One move's part in the look-ahead. v2: squares of speeds, mm^2/s^2.
+// Look-ahead data of one move. v2: squares of speeds, mm^2/s^2.
 struct Node {
   std::array<double, 3> direction{};  // unit, 0 where only filament moves
   double filament_per_mm = 0;
@@ -46,7 +46,7 @@ Node MakeNode(const Move& move) {
   return node;
 }
 
-// The square of the speed at which the path may pass from one move into the next.
+// Returns the square of the speed at which the path may pass from one move into the next.
 double JunctionV2(const Node& before, const Node& after, const Move& before_move,
                   const Move& after_move) {
   if (!before.moves_head || !after.moves_head) {
@@ -58,7 +58,7 @@ double JunctionV2(const Node& before, const Node& after, const Move& before_move
     const double v = kFilamentStepMmS / filament_change;
     limit = std::min(limit, v * v);
   }
-  double cosine = 0;  // of the turn: 1 goes straight on
+  double cosine = 0;  // of the turn: 1 is straight
   for (std::size_t i = 0; i < 3; ++i) cosine += before.direction[i] * after.direction[i];
   if (cosine < -kStraightCosine) {
     return 0;
@@ -66,16 +66,16 @@ double JunctionV2(const Node& before, const Node& after, const Move& before_move
   if (cosine > kStraightCosine) {
     return limit;
   }
-  // The path rounds the corner on an arc that stays within the junction deviation: v^2 = a r with
-  // r = jd sin(t/2) / (1 - sin(t/2)), t the angle between the two strokes, and jd such that a right
-  // angle is passed at the square corner velocity.
+  // The path rounds the corner on an arc within the junction deviation: v^2 = a r with r = jd
+  // sin(t/2) / (1 - sin(t/2)), t the angle between the two strokes, and jd such that a right angle
+  // is passed at the square corner velocity.
   const double half_sine = std::sqrt(0.5 * (1 + cosine));
   const double half_cosine = std::sqrt(0.5 * (1 - cosine));
   const double corner = half_sine / (1 - half_sine) * (std::sqrt(2.0) - 1);
   for (const Move* move : {&before_move, &after_move}) {
     limit = std::min(limit, corner * move->corner_velocity_mm_s * move->corner_velocity_mm_s);
   }
-  // Nor may the arc be longer than the shorter of its strokes.
+  // The arc must not be longer than the shorter of its strokes.
   const double tangent = half_sine / half_cosine;
   limit = std::min(limit, 0.25 * tangent * before.change_v2);
   return std::min(limit, 0.25 * tangent * after.change_v2);
@@ -98,8 +98,9 @@ void LimitByReach(std::span<Node> run, double Node::*entry, double Node::*change
   }
 }
 
-// The top speeds under the smoothing acceleration: a move in which the smoothed motion both rises
-// and falls is a peak; what rises to a peak or falls from it may not exceed the peak's own speed.
+// Returns the top speeds under the smoothing acceleration: a move in which the smoothed motion both
+// rises and falls is a peak; moves that rise to a peak or fall from it may not exceed the peak's
+// own speed.
 std::vector<double> PeaksV2(std::span<const Node> run) {
   std::vector<double> peak(run.size());
   std::vector<bool> apex(run.size());
@@ -109,7 +110,7 @@ std::vector<double> PeaksV2(std::span<const Node> run) {
     peak[i] = std::min(run[i].cruise_v2, top);
     apex[i] = top > std::max(run[i].smooth_entry_v2, exit_v2) * (1 + 1e-12);
   }
-  // The nearest peak ahead and behind, each in one pass: a run can hold a million moves.
+  // Finds the nearest peak ahead and behind in one pass each: a run can contain a million moves.
   std::vector<double> ahead(run.size(), kNoPeak);
   double nearest = kNoPeak;
   for (std::size_t i = run.size(); i-- > 0;) {

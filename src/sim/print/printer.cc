@@ -35,7 +35,7 @@ double CruiseFlow(const TimedMove& timed) {
   return timed.cruise_v_mm_s * timed.move.e_mm / timed.length_mm;
 }
 
-// Whether one stroke goes straight on into the next.
+// True if one stroke continues straight into the next.
 bool Straight(const Move& a, const Move& b) {
   const double ax = a.to.x_mm - a.from.x_mm;
   const double ay = a.to.y_mm - a.from.y_mm;
@@ -78,7 +78,7 @@ LineFlows FindLineFlows(std::span<const TimedMove> plan, std::span<const Stroke>
   return {0, most->first, false};
 }
 
-// Draws what each stroke is like.
+// Draws the random traits of each stroke.
 std::vector<StrokeFlow> DrawFlows(std::span<const Stroke> strokes, const StorageLaw& law,
                                   const PrinterTraits& traits, Random& random) {
   constexpr double kLeastFactor = 0.2;
@@ -95,7 +95,7 @@ std::vector<StrokeFlow> DrawFlows(std::span<const Stroke> strokes, const Storage
   return flows;
 }
 
-// The nozzle's places along a stroke, for rising distances.
+// Positions of the nozzle along a stroke, for rising distances.
 class StrokePath {
  public:
   StrokePath(std::span<const TimedMove> plan, const Stroke& stroke)
@@ -261,7 +261,7 @@ Result<Print> PrintGcode(std::string_view gcode, const PrinterTraits& traits, Ra
 
 namespace {
 
-// Streams of a world; new parts of it get new numbers, so that old worlds stay what they are.
+// Random streams of a world; new parts get new numbers, so that old worlds are unchanged.
 enum Stream : std::uint64_t { kTruth = 1, kTraits, kPrint, kPhotoEye, kLaserEye = 100 };
 
 constexpr Interval kTruthS{0.015, 0.045};  // the middle half of what a pattern tests by default

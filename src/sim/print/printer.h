@@ -1,4 +1,4 @@
-// The virtual printer: G-code text in, beads on a bed out.
+// Virtual printer: G-code text in, beads on a bed out.
 #pragma once
 
 #include <cstdint>
@@ -18,31 +18,32 @@ namespace trammel::sim {
 struct Print {
   Bed bed;
   PrintTruth truth;
-  std::vector<std::string> notes;  ///< what was ignored or looks wrong, one sentence each
+  std::vector<std::string> notes;  ///< ignored or suspicious input, one sentence each
 };
 
 /// Prints a G-code file: interprets it, plans its motion, drives the extruder and lays the beads.
 /// The truth is K* between the slow and the fast flow of the file's own lines: the flows on either
-/// side of a speed change within a straight stroke. Where no stroke changes its speed the truth is
-/// K* between standstill and the most used flow, and a note says so.
-/// Errors (kInput): text that is not G-code, numbers out of bounds (with line number and value),
-/// a file that extrudes nothing, more than an hour of printing or 100 m of line.
+/// side of a speed change within a straight stroke. If no stroke changes its speed, the truth is K*
+/// between standstill and the most used flow, with a note.
+/// Errors (kInput): text that is not G-code, numbers out of bounds (with line number and value), a
+/// file that extrudes nothing, more than an hour of printing or 100 m of line.
 /// Cost: about 0.1 s for the paper's pattern.
 [[nodiscard]] Result<Print> PrintGcode(std::string_view gcode, const PrinterTraits& traits,
                                        Random& random);
 
-/// Draws a world's true pressure advance: uniform within 0.015 … 0.045 s, whatever is printed.
+/// Draws a world's true pressure advance: uniform within 0.015 … 0.045 s, independent of the print.
 [[nodiscard]] double TruthOf(std::uint64_t seed);
 
-/// Prints in the world of a seed. Without `k_star_s` the truth is TruthOf(seed).
+/// Prints in a seed's world. Without `k_star_s` the truth is TruthOf(seed).
 /// Errors as PrintGcode; and (kInput) a truth outside 0.0001 … 10 s.
 [[nodiscard]] Result<Print> PrintInWorld(std::string_view gcode, std::uint64_t seed,
                                          std::optional<double> k_star_s);
 
-/// The generator of the laser eye in one condition: the same print is seen anew in each.
+/// Returns the random generator of laser and camera in one condition: each sees the same print
+/// anew.
 [[nodiscard]] Random LaserEyeOf(std::uint64_t seed, const Condition& condition);
 
-/// The generator of the photo camera.
+/// Returns the random generator of the photo camera.
 [[nodiscard]] Random PhotoEyeOf(std::uint64_t seed);
 
 }  // namespace trammel::sim

@@ -60,8 +60,8 @@ TEST(Printer, BeadVolumeIsFilamentVolumeWhereFilamentIsConserved) {
   const Print print = MustPrint(WriteTestPattern({}), traits, 1);
   double volume_mm3 = 0;
   for (const Strand& strand : print.bed.strands) volume_mm3 += Volume(strand);
-  // What the hot end holds at the end is at most its storage at slow flow, tau q = 0.008 mm, and
-  // what oozes on the way is less.
+  // The hot end's storage at the end is at most that at slow flow, tau q = 0.008 mm, and less oozes
+  // on the way.
   constexpr double kHeldMm = 0.01;
   EXPECT_NEAR(volume_mm3, 10 * 30 * kNominalAreaMm2, kHeldMm * kFilamentAreaMm2);
 }

@@ -10,10 +10,10 @@ namespace {
 
 struct Shape {
   double value = 0;  // S / scale
-  double slope = 0;  // its derivative
+  double slope = 0;  // derivative
 };
 
-// For flow >= 0 and the saturating laws only.
+// Computes the shape for flow >= 0 and saturating models only.
 Shape SaturatingShape(const StorageLaw& law, double flow_mm_s) {
   const double a = law.saturating_share;
   const double ratio = flow_mm_s / law.knee_mm_s;
@@ -41,8 +41,8 @@ double PositiveShape(const StorageLaw& law, double flow_mm_s) {
   return flow_mm_s;
 }
 
-// Newton from below: the shapes are concave with a slope of 1 at 0, so that `level` lies at or
-// below the root and every step stays there.
+// Newton from below: the shapes are concave with a slope of 1 at 0, so that `level` is at or below
+// the root and every step remains there.
 DrivenFlow InvertSaturating(const StorageLaw& law, double level) {
   double flow = level;
   for (int i = 0; i < 50; ++i) {
@@ -79,7 +79,7 @@ double Stored(const StorageLaw& law, double flow_mm_s) {
 }
 
 DrivenFlow FlowFromStored(const StorageLaw& law, double stored_mm) {
-  // Below a picometre there is no flow to speak of, and the power law's slope would be 0/0.
+  // Below a picometre the flow is negligible, and the power law's slope would be 0/0.
   if (std::abs(stored_mm) < 1e-9) {
     return {};
   }

@@ -1,11 +1,11 @@
-// How much filament a hot end holds compressed at a given flow: the cause of all lag.
+// Compressed filament in a hot end at a given flow: the cause of all lag.
 #pragma once
 
 #include "base/random.h"
 
 namespace trammel::sim {
 
-/// The shape of S(q), the filament stored (mm) at steady flow q (mm of filament per second).
+/// Shape of S(q), the filament stored (mm) at steady flow q (mm of filament per second).
 enum class StorageKind {
   kLinear,      ///< S = c q: one time constant at every flow
   kPower,       ///< S = c q^n: shear thinning, the lag falls as the flow rises
@@ -21,49 +21,49 @@ struct StorageLaw {
   double knee_mm_s = 2;           ///< q0 of the saturating laws, filament mm/s; > 0
 };
 
-/// S(q) in mm of filament; odd in q.
+/// Returns S(q) in mm of filament; odd in q.
 [[nodiscard]] double Stored(const StorageLaw& law, double flow_mm_s);
 
-/// A steady flow and its slope over the storage that drives it.
+/// Steady flow and its derivative with respect to the storage that drives it.
 struct DrivenFlow {
   double flow_mm_s = 0;
   double slope_per_s = 0;  ///< dq/dS: the inverse of the local time constant
 };
 
-/// The inverse of Stored, odd in stored_mm. The saturating laws are solved to 1e-12 of the flow.
+/// Inverts Stored, odd in stored_mm. The saturating laws are solved to 1e-12 of the flow.
 [[nodiscard]] DrivenFlow FlowFromStored(const StorageLaw& law, double stored_mm);
 
-/// K* = (S(fast) - S(slow)) / (fast - slow): the pressure advance that stores just what the change
-/// of flow needs. REQUIRES fast > slow >= 0, filament mm/s.
+/// Returns K* = (S(fast) - S(slow)) / (fast - slow): the pressure advance that exactly supplies the
+/// storage of the change of flow. REQUIRES fast > slow >= 0, filament mm/s.
 [[nodiscard]] double IdealPressureAdvance(const StorageLaw& law, double slow_mm_s,
                                           double fast_mm_s);
 
-/// The law with its scale set so that IdealPressureAdvance is k_star_s. REQUIRES k_star_s > 0.
+/// Returns the law scaled such that IdealPressureAdvance is k_star_s. REQUIRES k_star_s > 0.
 [[nodiscard]] StorageLaw ScaledTo(StorageLaw law, double k_star_s, double slow_mm_s,
                                   double fast_mm_s);
 
-/// What happens where the filament driven falls short of the filament delivered.
+/// Behaviour when less filament is driven than delivered.
 enum class Starvation {
   kRefill,  ///< The melt draws back from the orifice and must be refilled: filament is conserved.
   kClip,  ///< Air is drawn in while printing and leaves no debt: the outflow is only clipped at 0.
 };
 
-/// One printer with one filament. All scatter is drawn anew for each print from its Random.
-/// The defaults are an ideal printer: linear, without scatter and without defects.
+/// Traits of a printer with one filament. All scatter is drawn for each print from its Random. The
+/// defaults are an ideal printer: linear, without scatter and without defects.
 struct PrinterTraits {
   double bed_size_x_mm = 250;          ///< > 0 … 2000
   double bed_size_y_mm = 250;          ///< > 0 … 2000
   double filament_diameter_mm = 1.75;  ///< 0.5 … 5
   double nozzle_diameter_mm = 0.4;     ///< 0.1 … 2
 
-  /// Motion limits that a printer.cfg holds; G-code can set acceleration and corner velocity.
+  /// Motion limits in a printer.cfg; G-code can set acceleration and corner velocity.
   double max_velocity_mm_s = 500;          ///< > 0
   double max_acceleration_mm_s2 = 3000;    ///< > 0, until the G-code sets it
   double square_corner_velocity_mm_s = 5;  ///< >= 0, Klipper's default
   double minimum_cruise_ratio = 0.5;       ///< 0 … 1 (exclusive), Klipper's default
   double smooth_time_s = 0.040;            ///< 0 … 0.2; width of the kernel, Klipper's default
 
-  /// The lag. The law's scale is not used: each print scales the law to k_star_s at its own speeds.
+  /// Lag. The law's scale is not used: each print scales the law to k_star_s at its own speeds.
   double k_star_s = 0.036;  ///< the truth, 0.0001 … 10
   StorageLaw law;
   Starvation starvation = Starvation::kRefill;
@@ -92,8 +92,8 @@ struct PrinterTraits {
   double strings_per_m = 0;
 };
 
-/// A plausible printer whose truth is k_star_s: law, exponent (0.4 … 1), scatter of lag (1 … 2 ms)
-/// and flow (1 … 2 %), starts and rare defects are drawn. REQUIRES 0.0001 <= k_star_s <= 10.
+/// Draws a plausible printer with the truth k_star_s: random law, exponent (0.4 … 1), scatter of
+/// lag (1 … 2 ms) and flow (1 … 2 %), starts and rare defects. REQUIRES 0.0001 <= k_star_s <= 10.
 [[nodiscard]] PrinterTraits DrawTraits(double k_star_s, Random& random);
 
 }  // namespace trammel::sim

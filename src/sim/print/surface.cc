@@ -10,20 +10,20 @@
 namespace trammel::sim {
 namespace {
 
-constexpr double kLowestFill = 0.5;     // of the superellipse with exponent 1
+constexpr double kLowestFill = 0.5;     // superellipse with exponent 1
 constexpr double kHighestFill = 0.989;  // exponent 12
 
 double Superellipse(double exponent, double t) {
   return std::pow(std::max(0.0, 1 - std::pow(t, exponent)), 1 / exponent);
 }
 
-// Share of the enclosing rectangle that the superellipse fills.
+// Returns the share of the enclosing rectangle filled by the superellipse.
 double FillOf(double exponent) {
   return std::exp(2 * LogGamma(1 + 1 / exponent) - LogGamma(1 + 2 / exponent));
 }
 
-// Integrals of the height over the half-width from the middle, tabulated for all fills: evaluating
-// two powers per cell would be most of the rasteriser's time.
+// Integrals of the height over the half-width from the middle, tabulated for all fills: two powers
+// per cell would dominate the rasteriser's time.
 class SectionTable {
  public:
   SectionTable() {
@@ -35,7 +35,7 @@ class SectionTable {
         const double middle = (lo + hi) / 2;
         (FillOf(middle) < wanted ? lo : hi) = middle;
       }
-      // Of the last steps, where the edge is steep, the sum of trapezoids is short: what is missing
+      // In the last steps, at the steep edge, the sum of trapezoids is too small: the missing part
       // of the fill is spread over all.
       std::array<double, kSteps + 1> sum{};
       for (int i = 0; i < kSteps; ++i) {
@@ -51,7 +51,8 @@ class SectionTable {
     }
   }
 
-  /// Integral of the height relative to the top from the middle to -1 <= t <= 1 of the half-width.
+  /// Returns the integral of the height relative to the top, from the middle to -1 <= t <= 1 of the
+  /// half-width.
   [[nodiscard]] double IntegralTo(double fill, double t) const {
     const double scaled = (fill - kLowestFill) / (kHighestFill - kLowestFill) * (kFills - 1);
     const double clamped = std::clamp(scaled, 0.0, kFills - 1.0);
@@ -76,15 +77,15 @@ class SectionTable {
   std::array<std::array<float, kSteps + 1>, kFills> table_{};
 };
 
-// Whether a node lies within the bead; one on its edge does not.
+// True if a node is within the bead; one on its edge is not.
 bool Within(double off, double half) {
   constexpr double kRoundingMm = 1e-9;
   return off < half - kRoundingMm;
 }
 
-// Height of a node `off` from the middle: the section's mean over what lies nearer to it than to
-// its neighbours, so that the nodes together have the section's area. The last one within the bead
-// has what is beyond it, too: no node beyond the edge is covered.
+// Returns the height of a node `off` from the middle: the section's mean over the interval nearest
+// to the node, so that the nodes together have the section's area. The last one within the bead
+// includes the part beyond it, since no node beyond the edge is covered.
 double NodeHeight(const SectionTable& shape, double fill, double off, double half, double spacing) {
   const double lo = off - spacing / 2;
   const double hi = Within(off + spacing, half) ? off + spacing / 2 : half;
@@ -93,8 +94,8 @@ double NodeHeight(const SectionTable& shape, double fill, double off, double hal
 
 bool Present(const BeadSample& sample) { return sample.width_mm > 0 && sample.height_mm > 0; }
 
-// Raises the relief to the bead between two samples. The stretch reaches `overlap_mm` beyond its
-// ends, so that no node falls between two stretches; a rounded end reaches half a width.
+// Raises the relief to the bead between two samples. The stretch extends `overlap_mm` beyond its
+// ends, so that no node is missed between two stretches; a rounded end extends half a width.
 void Stamp(Relief& relief, const SectionTable& shape, const BeadSample& a, const BeadSample& b,
            bool round_a, bool round_b) {
   const double reach = std::max(a.width_mm, b.width_mm) / 2;
@@ -102,7 +103,7 @@ void Stamp(Relief& relief, const SectionTable& shape, const BeadSample& a, const
   const double dx = b.x_mm - a.x_mm;
   const double dy = b.y_mm - a.y_mm;
   const double length = std::hypot(dx, dy);
-  // Of the nodes of a row or a column, whichever cuts the bead, across it.
+  // Distance between nodes of a row or column, whichever cuts the bead, across it.
   const double spacing = length > 0 ? cell * std::max(std::abs(dx), std::abs(dy)) / length : cell;
   const auto first = [&](double lo, double origin) {
     return static_cast<int>(std::max(0.0, std::ceil((lo - reach - origin) / cell)));
@@ -177,7 +178,7 @@ void UpdateRowTops(Relief& relief) {
 }
 
 Relief RasterizeBed(const Bed& bed, const BedRegion& region, double cell_mm) {
-  // Nodes stand at whole multiples of the cell, so that overlapping regions agree on every node.
+  // Nodes are at whole multiples of the cell, so that overlapping regions agree on every node.
   const double x0 = std::floor(region.min_x_mm / cell_mm) * cell_mm;
   const double y0 = std::floor(region.min_y_mm / cell_mm) * cell_mm;
   const double columns = std::ceil((region.max_x_mm - x0) / cell_mm) + 1;

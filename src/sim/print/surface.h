@@ -1,4 +1,4 @@
-// The bed as a height field: what light falls on.
+// Bed as a height field, for illumination.
 #pragma once
 
 #include <cstddef>
@@ -8,7 +8,7 @@
 
 namespace trammel::sim {
 
-/// An axis-aligned part of the bed, mm.
+/// Axis-aligned part of the bed, mm.
 struct BedRegion {
   double min_x_mm = 0;
   double min_y_mm = 0;
@@ -21,7 +21,7 @@ struct BedRegion {
 };
 
 /// Heights of printed material above the plate on a square grid; 0 is bare plate. Row-major, shape
-/// (rows, columns); node (0, 0) stands at the origin, rows go towards +y.
+/// (rows, columns); node (0, 0) is at the origin, rows towards +y.
 struct Relief {
   double origin_x_mm = 0;
   double origin_y_mm = 0;
@@ -34,25 +34,24 @@ struct Relief {
   [[nodiscard]] const float* row(int index) const {
     return height_mm.data() + static_cast<std::size_t>(index) * static_cast<std::size_t>(columns);
   }
-  /// Bilinear; 0 outside.
+  /// Interpolates bilinearly; 0 outside.
   [[nodiscard]] double HeightAt(double x_mm, double y_mm) const;
-  /// Whether the nearest node bears material: where beads end, without the slope that interpolation
-  /// adds beyond their edges.
+  /// True if the nearest node has material: the beads' true extent, without the slope that
+  /// interpolation adds beyond their edges.
   [[nodiscard]] bool CoveredAt(double x_mm, double y_mm) const;
-  /// An upper bound of the height anywhere at y_lo … y_hi; 0 outside.
+  /// Returns an upper limit of the height anywhere at y_lo … y_hi; 0 outside.
   [[nodiscard]] double TopBetween(double y_lo_mm, double y_hi_mm) const;
 };
 
-/// Beads become ridges with round flanks and a flat-ish top: the cross-section
-/// z = h (1 - |2 d / w|^p)^(1/p), with p chosen so that its area is the sample's area_mm2 (p
-/// between 1 and 12; a bead that asks for more keeps width and height and loses area). Strand ends
-/// are rounded. Where beads overlap the higher one shows. Nodes stand at whole multiples of
-/// cell_mm and have the mean of what lies nearest to them: the area of a bead is kept within 0.2 %,
-/// whatever its width, at cell_mm <= width / 12. REQUIRES
-/// 0.002 <= cell_mm <= 1 and a region of at most 40 million cells.
+/// Rasterises beads as ridges with round flanks and a flat-ish top: the cross-section z = h (1 - |2
+/// d / w|^p)^(1/p), with p chosen so that its area is the sample's area_mm2 (p between 1 and 12;
+/// beyond that width and height are preserved and area is lost). Strand ends are rounded. Where
+/// beads overlap the higher one counts. Nodes are at whole multiples of cell_mm and have the mean
+/// of their neighbourhood: the area of a bead is preserved within 0.2 %, whatever its width, at
+/// cell_mm <= width / 12. REQUIRES 0.002 <= cell_mm <= 1 and a region of at most 40 million cells.
 [[nodiscard]] Relief RasterizeBed(const Bed& bed, const BedRegion& region, double cell_mm);
 
-/// Fills row_top_mm from height_mm; for reliefs built by hand.
+/// Computes row_top_mm from height_mm; for reliefs built by hand.
 void UpdateRowTops(Relief& relief);
 
 }  // namespace trammel::sim

@@ -64,7 +64,7 @@ constexpr int kSize = 512;
 
 Tile Constant(float value) { return {8, std::vector<float>(64, value)}; }
 
-// mean 1 and about `contrast` standard deviation over mean, never negative.
+// Returns values with mean 1 and a standard deviation of about `contrast`, never negative.
 Tile Lognormal(const Tile& normal, double contrast) {
   Tile tile = normal;
   for (float& value : tile.value) {
@@ -74,8 +74,8 @@ Tile Lognormal(const Tile& normal, double contrast) {
   return tile;
 }
 
-// Contours of one smooth field, kept where a second one is high: the short curly lines with which
-// the crests of powder-coated plates shine.
+// Draws contours of one smooth field where a second one is high: the short curly lines of shining
+// crests on powder-coated plates.
 Tile CurlyGlints(const Tile& field, const Tile& where) {
   Tile glints = field;
   for (std::size_t i = 0; i < glints.value.size(); ++i) {

@@ -18,7 +18,7 @@ PlaneMm Beside(const StrokePoint& point, const PlaneMm& along, double left_mm) {
   return {point.centre.x_mm - along.y_mm * left_mm, point.centre.y_mm + along.x_mm * left_mm};
 }
 
-// Half an ellipse around the stroke's end, from one edge to the other.
+// Appends half an ellipse around the stroke's end, from one edge to the other.
 void AddCap(const StrokePoint& end, const PlaneMm& out, double first_mm, double second_mm,
             const InkPlace& seen_at, InkOutline& outline) {
   for (int i = 1; i <= kCapCorners; ++i) {
@@ -32,8 +32,8 @@ void AddCap(const StrokePoint& end, const PlaneMm& out, double first_mm, double 
   }
 }
 
-// The share of a pixel's pyramid to the right of an upright edge, `reach` being how far the
-// pyramid's right end lies to the right of it; and the sum of these shares up to a reach.
+// Returns the share of a pixel's pyramid to the right of a vertical edge, `reach` being the
+// distance of the pyramid's right end from the edge; and the sum of these shares up to a reach.
 double ShareRight(double reach) {
   if (reach <= 0) return 0;
   if (reach >= 2) return 1;
@@ -84,7 +84,7 @@ void Close(InkOutline& outline) {
     outline.left_px = std::min(outline.left_px, corner.x_px);
     outline.right_px = std::max(outline.right_px, corner.x_px);
   }
-  // What lies right of an edge that runs down is covered.
+  // The area right of a descending edge is covered.
   if (area > 0) outline.weight = -outline.weight;
 }
 
@@ -124,7 +124,7 @@ void CoverageRows::AddEdge(PixelPlace from, PixelPlace to, double weight) {
   const double slope = (to.x_px - from.x_px) / (to.y_px - from.y_px);
   const double top = std::max(from.y_px - first_row_, -1.0);
   const double bottom = std::min(to.y_px - first_row_, rows_ + 1.0);
-  // Seen from here, rows are counted in quarters from one row above the first.
+  // From here on, rows are counted in quarters from one row above the first.
   double y = top;
   int quarter = static_cast<int>((top + 1) * 4);
   while (y < bottom) {
@@ -137,8 +137,8 @@ void CoverageRows::AddEdge(PixelPlace from, PixelPlace to, double weight) {
   }
 }
 
-// A piece of an edge within a quarter of a row covers what lies to its right, `height` high. It is
-// seen by its own row and by the nearer of the rows beside it.
+// Adds a piece of an edge within a quarter of a row, which covers its right side, `height` high. It
+// affects its own row and the nearer neighbouring row.
 void CoverageRows::AddStep(double x_px, double next_x_px, int quarter, double height) {
   constexpr std::array<double, 4> kOwn = {5.0 / 8, 7.0 / 8, 7.0 / 8, 5.0 / 8};
   const int part = quarter % 4;
@@ -190,7 +190,7 @@ constexpr int kGrainTile = 512;
 constexpr std::size_t kNoiseLength = std::size_t{1} << 16;
 constexpr float kSteps = 65535;
 
-// What one channel sees of a colour; a grey scanner mixes the three.
+// Computes one channel's value of a colour; a grey scanner mixes the three.
 float Seen(const LinearRgb& colour, const ScannerTraits& traits, int channel) {
   if (traits.colour) {
     const auto index = static_cast<std::size_t>(channel);
@@ -201,7 +201,7 @@ float Seen(const LinearRgb& colour, const ScannerTraits& traits, int channel) {
   return static_cast<float>(grey);
 }
 
-// Shares of the rows that shade: light is lost evenly over `length_px` before a row.
+// Returns the shares of the shading rows: light is lost evenly over `length_px` before a row.
 std::vector<float> ShadowTaps(double length_px) {
   std::vector<float> taps;
   if (length_px <= 0) return taps;
@@ -224,7 +224,7 @@ LightRows::LightRows(const PrintedSheet& sheet, const ScannerTraits& traits, int
       shadow_below_(traits.shadow_below),
       shadow_strength_(static_cast<float>(traits.shadow_strength)) {
   const double px_per_mm = traits.dpi / kMmPerInch;
-  // CoverageRows has smeared by one pixel already, a variance of 1/12.
+  // CoverageRows has already blurred by one pixel, a variance of 1/12.
   const double blur_px = traits.blur_mm * px_per_mm;
   const double more_px2 = blur_px * blur_px - 1.0 / 12;
   if (more_px2 > 0) blur_taps_ = GaussianKernel(std::sqrt(more_px2));
@@ -261,7 +261,7 @@ void LightRows::Compute(std::span<const CoverageRows> coverages,
   }
 }
 
-// The share of light that the paper of a row has left, into shade_.
+// Computes the share of light remaining on a row's paper, into shade_.
 void LightRows::ShadeRow(const CoverageRows& raised, Columns columns, int index) {
   const auto begin = static_cast<std::size_t>(columns.begin);
   const std::size_t count = static_cast<std::size_t>(columns.end) - begin;
@@ -273,7 +273,7 @@ void LightRows::ShadeRow(const CoverageRows& raised, Columns columns, int index)
   }
 }
 
-// Rows that the blur needs, each `columns` wide, into before_.
+// Computes the rows that the blur needs, each `columns` wide, into before_.
 void LightRows::Compose(std::span<const CoverageRows> coverages,
                         const std::array<bool, kInkCount>& has_ink, const CoverageRows& raised,
                         Columns columns, int rows, std::size_t channel) {

@@ -1,4 +1,4 @@
-// How much of each pixel a line of ink covers, exactly.
+// Exact coverage of each pixel by a line of ink.
 #pragma once
 
 #include <array>
@@ -15,7 +15,7 @@
 
 namespace trammel::sim {
 
-/// The outline of one stroke on the page.
+/// Outline of one stroke on the page.
 struct InkOutline {
   int ink = 0;
   bool raised = true;
@@ -30,32 +30,31 @@ struct InkOutline {
 /// From the bed to the picture.
 using InkPlace = std::function<PixelPlace(const PlaneMm&)>;
 
-/// Both edges of the stroke, joined by half circles at its ends.
+/// Returns both edges of the stroke, joined by half circles at its ends.
 [[nodiscard]] InkOutline OutlineOf(const InkStroke& stroke, const InkPlace& seen_at);
 
 /// Sets the bounds, and the sign of an opacity in `weight`, from the corners.
 void Close(InkOutline& outline);
 
-/// How much of a few rows' pixels is covered, as differences along each row: a pixel's coverage is
-/// the sum of the values up to it. Adding an outline costs what its edge is long, not what it
-/// encloses; areas that share an edge add up to the exact area of both.
+/// Coverage of a few rows' pixels, as differences along each row: a pixel's coverage is the sum of
+/// the values up to it. The cost of an outline grows with its edge's length, not its area; areas
+/// that share an edge add up to the exact area of both.
 ///
-/// A pixel weighs its surroundings by a pyramid two pixels wide: its own square, seen through
-/// optics that smear by one pixel. Unlike a square's, such a pixel's sums hold the place of a line
-/// exactly, wherever the line lies between the pixels. Exact across columns; across rows in steps
-/// of 1/4.
+/// A pixel weighs its surroundings by a pyramid two pixels wide: its own square, blurred by optics
+/// by one pixel. Unlike a square's, such a pixel's sums preserve a line's position exactly,
+/// wherever the line is between the pixels. Exact across columns; across rows in steps of 1/4.
 class CoverageRows {
  public:
-  /// An outline reaches this many pixels beyond itself.
+  /// Margin of pixels by which an outline affects its surroundings.
   static constexpr int kReachPx = 1;
 
   /// Clears to `rows` rows from page row `first_row` on, `width` px wide.
   void Reset(int first_row, int rows, int width);
-  /// Adds what of the outline is seen by the rows.
+  /// Adds the part of the outline within the rows.
   void Add(const InkOutline& outline);
-  /// Replaces differences by coverages within 0 … 1.
+  /// Integrates differences to coverages within 0 … 1.
   void Sum();
-  /// Columns that anything was added to; empty (begin >= end) where nothing was.
+  /// First of the changed columns; empty (begin >= end) if there are none.
   [[nodiscard]] int begin() const { return begin_; }
   [[nodiscard]] int end() const { return end_; }
   [[nodiscard]] std::span<const float> row(int index) const {
@@ -83,21 +82,21 @@ struct Columns {
   int end = 0;
 };
 
-/// The light that comes back from some rows of the page, one plane per channel.
+/// Reflected light of some rows of the page, one plane per channel.
 class LightRows {
  public:
   LightRows(const PrintedSheet& sheet, const ScannerTraits& traits, int width_px);
 
-  /// Rows that have to be known above and below those that are wanted.
+  /// Returns the number of rows needed above and below the wanted ones.
   [[nodiscard]] int halo_rows() const { return blur_radius_ + shadow_rows_; }
-  /// Columns beside a line that its light reaches.
+  /// Returns the number of columns beside a line that its light reaches.
   [[nodiscard]] int halo_columns() const { return blur_radius_ + 1; }
 
-  /// Computes `rows` rows from the coverages of rows + 2 * halo_rows() rows. Outside of `columns`
-  /// is plain paper.
+  /// Computes `rows` rows from the coverages of rows + 2 * halo_rows() rows. Plain paper outside of
+  /// `columns`.
   void Compute(std::span<const CoverageRows> coverages, const std::array<bool, kInkCount>& has_ink,
                const CoverageRows& raised, Columns columns, int rows);
-  /// Only plain paper.
+  /// Computes rows of plain paper.
   void ComputePaper(int rows);
   [[nodiscard]] std::span<const float> row(int channel, int index) const;
 
@@ -127,7 +126,7 @@ class Sensor {
  public:
   Sensor(const ScannerTraits& traits, const PageFormat& format, const Random& random);
 
-  /// One row of light per channel into the samples of one row of the page.
+  /// Converts one row of light per channel to the samples of one row of the page.
   void Read(const LightRows& light, int index, int page_row, std::span<std::uint8_t> samples);
 
  private:
@@ -138,7 +137,7 @@ class Sensor {
   std::vector<float> noise_;
   std::vector<float> gain_;
   Random random_;
-  std::vector<std::uint16_t> values_;  // of 65536 reflectances
+  std::vector<std::uint16_t> values_;  // in 1/65536 of reflectance
 };
 
 }  // namespace trammel::sim

@@ -24,7 +24,7 @@ namespace {
 
 constexpr int kBandRows = 64;
 
-// The inks of one band of rows, kept from band to band for their memory.
+// Inks of one band of rows, reused for their memory.
 struct Band {
   std::array<CoverageRows, kInkCount> coverages;
   std::array<bool, kInkCount> has_ink{};
@@ -35,11 +35,11 @@ struct Band {
 }  // namespace
 
 struct SheetScan::Parts {
-  PrintedSheet colours;  // without its strokes
+  PrintedSheet colours;  // no strokes
   ScannerTraits traits;
   ScannerMap map;
   PageFormat format;
-  std::vector<InkOutline> outlines;  // by their top
+  std::vector<InkOutline> outlines;  // sorted by top edge
   bool cut_off = false;
 
   [[nodiscard]] bool FillBand(int first_row, int rows, int halo_columns, Band& band) const;

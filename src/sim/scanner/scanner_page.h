@@ -30,8 +30,8 @@ struct PageFormat {
   }
 };
 
-/// One row of the page, row_bytes() long; 16-bit samples in the machine's own order. Its error ends
-/// the scan.
+/// Receives one row of the page, row_bytes() long; 16-bit samples in native byte order. Its error
+/// ends the scan.
 using RowSink = std::function<Result<void>(std::span<const std::uint8_t> row)>;
 
 struct ScannedPage {
@@ -39,7 +39,7 @@ struct ScannedPage {
   std::vector<std::uint8_t> samples;  ///< row after row
 };
 
-/// A sheet on the glass. Memory: the outlines of its lines and some 100 rows.
+/// Sheet on the glass. Memory: the outlines of its lines and some 100 rows.
 class SheetScan {
  public:
   /// Errors (kInput): a sheet without strokes; ScannerMap::Make's.
@@ -50,13 +50,14 @@ class SheetScan {
   ~SheetScan();
 
   [[nodiscard]] const PageFormat& format() const;
-  /// Where a place of the bed is seen, px from the centre of the first pixel (CONVENTIONS.md).
+  /// Computes the pixel of a place of the bed, px from the first pixel's centre (CONVENTIONS.md).
   [[nodiscard]] std::array<double, 2> PlaceOf(const PlaneMm& bed) const;
-  /// Whether some of the print lies outside the page.
+  /// True if some of the print is outside the page.
   [[nodiscard]] bool cut_off() const;
 
-  /// Order of the optics: coverage of each ink exact per pixel, shadow, blur, lamp, grain, noise,
-  /// gamma, rounding. The place of a line is exact to below 0.1 um (scanner_page_test).
+  /// Applies the optics in this order: coverage of each ink exact per pixel, shadow, blur, lamp,
+  /// grain, noise, gamma, rounding. The position of a line is exact to below 0.1 um
+  /// (scanner_page_test).
   Result<void> Render(const Random& random, const RowSink& sink) const;
 
  private:
@@ -65,24 +66,24 @@ class SheetScan {
   std::unique_ptr<Parts> parts_;
 };
 
-/// The same into memory.
+/// Does the same into memory.
 [[nodiscard]] Result<ScannedPage> ScanSheet(const PrintedSheet& sheet, const ScannerTraits& traits,
                                             const Random& random);
 
 struct PageFileOptions {
-  std::optional<double> dpi;  ///< what the file says, whatever is true; absent: says nothing
+  std::optional<double> dpi;  ///< as stated in the file, even if wrong; absent: not stated
   int jpeg_quality = 90;      ///< 1 … 100
 };
 
-/// Scans into a new file; its name says what kind: .png (written row by row), .jpg or .jpeg (8 bit
-/// only). What could not be finished is removed. Errors (kInput): another name, 16 bit JPEG, a file
+/// Scans into a new file of the kind of its extension: .png (written row by row), .jpg or .jpeg (8
+/// bit only). Removes an incomplete file. Errors (kInput): another extension, 16 bit JPEG, a file
 /// that cannot be written.
 [[nodiscard]] Result<void> WriteScan(const SheetScan& scan, const Random& random,
                                      const PageFileOptions& options,
                                      const std::filesystem::path& path);
 
-/// Which sheet of the world of a seed, and which scan of it. Two sheets of one seed share their
-/// machine; two scans of one sheet share their ink. Seeds below 1000 are for development.
+/// Sheet in the world of a seed, and its scan. Two sheets of one seed share their machine; two
+/// scans of one sheet share their ink. Seeds below 1000 are for development.
 struct SheetName {
   std::uint64_t seed = 0;
   std::uint64_t sheet = 0;  ///< 0 … 9999
@@ -91,14 +92,14 @@ struct SheetName {
 
 [[nodiscard]] SheetMachine MachineOf(const SheetName& name, SheetScene scene);
 [[nodiscard]] SheetPaper PaperOf(const SheetName& name, SheetScene scene);
-/// The generator of everything that PrintSheet leaves to chance.
+/// Returns the random generator of PrintSheet.
 [[nodiscard]] Random PrintingOf(const SheetName& name);
 [[nodiscard]] ScannerTraits ScannerOf(const SheetName& name, const PrintedSheet& sheet);
-/// The generator of a scan's noise.
+/// Returns the random generator of a scan's noise.
 [[nodiscard]] Random ScanningOf(const SheetName& name);
 
-/// The truth behind a scan as JSON (docs/reference/formats.md): the offset of each tool that the
-/// file draws with from `reference`, null where the reference draws nothing; the play; the
+/// Returns the truth of a scan as JSON (docs/reference/formats.md): the offset from `reference` of
+/// each tool that the file draws with, null if the reference draws nothing; the backlash; the
 /// scanner's errors.
 [[nodiscard]] std::string SheetTruthJson(const SheetName& name, const PrintedSheet& sheet,
                                          int reference, const ScannerTraits& scanner,

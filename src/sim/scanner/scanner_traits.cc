@@ -135,7 +135,7 @@ PixelPlace ScannerMap::PixelOf(const PlaneMm& bed) const {
   const double y = bed.y_mm - middle_.y_mm;
   const double right_mm = cosine_ * x - sine_ * y;
   const double up_mm = sine_ * x + cosine_ * y;
-  // A central projection about the area's middle: what is nearer is larger.
+  // Central projection about the area's middle: nearer parts are larger.
   const double from_x_mm = traits_.shift_x_mm + right_mm;
   const double from_y_mm = traits_.shift_y_mm - up_mm;
   const double larger = 1 / (1 - traits_.perspective_x * from_x_mm / area_width_mm_ -

@@ -9,10 +9,10 @@
 namespace trammel::sim {
 namespace {
 
-constexpr double kWidthMm = 8;      // of a structure, across
-constexpr double kAloneMm = 2;      // of it where one comb stands alone
-constexpr double kLengthMm = 70;    // that the placing counts with
-constexpr double kPeriodMm = 4;     // of the fingers
+constexpr double kWidthMm = 8;      // width of a structure
+constexpr double kAloneMm = 2;      // part of it with only one comb
+constexpr double kLengthMm = 70;    // structure length for the placement
+constexpr double kPeriodMm = 4;     // finger period
 constexpr double kFingerMm = 0.75;  // between a finger's two legs
 constexpr double kSpacingMm = 3;    // between structures
 constexpr double kToBoxMm = 5;      // meant between structures and box
@@ -25,11 +25,11 @@ constexpr double kRetractMm = 5;
 constexpr double kPrintMmS = 30;
 constexpr double kRetractMmS = 80;
 constexpr double kFilamentMm = 1.75;
-constexpr double kQuarterShare = 0.71;  // of the filament that a quarter turn would need
+constexpr double kQuarterShare = 0.71;  // of the filament for a quarter turn
 constexpr int kFingers = 17;
 constexpr double kTurnMm = kFingerMm / 2;  // radius of all turns
 
-// Which way a structure lies: its fingers follow each other along `s`, its legs lie along `cross`.
+// Orientation of a structure: its fingers follow each other along `s`, its legs run along `cross`.
 struct Structure {
   bool along_v = true;
   double s0_mm = 0;
@@ -156,10 +156,10 @@ void Writer::Draw(const Comb& comb) {
     return PlaneMm{(comb.structure.along_v ? beside : along) + comb.shift.x_mm,
                    (comb.structure.along_v ? along : beside) + comb.shift.y_mm};
   };
-  const double out = comb.spine_mm > comb.tip_mm ? 1 : -1;  // from the tip to the spine
+  const double out = comb.spine_mm > comb.tip_mm ? 1 : -1;  // tip to spine
   const double step = comb.step;
-  // A half turn at the tip, seen with s up and cross right, is counter-clockwise where it steps
-  // up at the right end; structures along u are seen in a mirror.
+  // A half turn at the tip, seen with s up and cross right, is counter-clockwise if it steps up at
+  // the right end; structures along u are mirrored.
   const bool counter_clockwise = (step * -out > 0) == comb.structure.along_v;
   double s = comb.first_mm;
   Travel(place(s, comb.spine_mm));

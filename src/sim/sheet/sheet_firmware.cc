@@ -14,7 +14,7 @@ namespace trammel::sim {
 
 namespace {
 
-// The name in "[gcode_macro NAME]"; nothing for other lines.
+// Returns the name in "[gcode_macro NAME]"; absent for other lines.
 std::optional<std::string> MacroName(std::string_view line) {
   constexpr std::string_view kStart = "[gcode_macro ";
   if (line.substr(0, kStart.size()) != kStart || line.back() != ']') return std::nullopt;
@@ -96,8 +96,8 @@ constexpr std::array kFirmwares = {SheetFirmware::kKlipper, SheetFirmware::kMarl
                                    SheetFirmware::kRepRapFirmware};
 
 struct Signs {
-  std::array<bool, 3> named{};      // by a comment, in the order of kFirmwares
-  std::array<bool, 3> commanded{};  // by a command that only it knows
+  std::array<bool, 3> named{};      // from a comment, in the order of kFirmwares
+  std::array<bool, 3> commanded{};  // from a command unique to it
 };
 
 void Look(std::string_view line, Signs& signs) {

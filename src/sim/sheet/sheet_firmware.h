@@ -12,9 +12,9 @@ namespace trammel::sim {
 /// G-code by upper-case command name.
 using SheetMacros = std::map<std::string, std::string>;
 
-/// Reads the `[gcode_macro NAME]` sections of a Klipper configuration; other sections are skipped.
-/// Macros must be plain G-code: a template ({…} or {%…%}) is an error (kInput) that names the macro
-/// and its line, as is a macro without `gcode:` or a name given twice.
+/// Reads the `[gcode_macro NAME]` sections of a Klipper configuration; skips other sections. Macros
+/// must be plain G-code. Errors (kInput): a template ({…} or {%…%}), with the macro and its line, a
+/// macro without `gcode:`, a duplicate name.
 [[nodiscard]] Result<SheetMacros> ParseSheetMacros(std::string_view config);
 
 }  // namespace trammel::sim

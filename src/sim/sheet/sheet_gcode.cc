@@ -13,7 +13,7 @@ constexpr Bound kPercent{1, 1e4};
 constexpr int kMostCommands = 5'000'000;
 constexpr std::size_t kMostNames = 200;
 constexpr int kDeepestMacro = 10;
-// Commands of the three firmwares that never move a tool to another place.
+// Commands of the three firmwares that never move a tool to another position.
 constexpr std::string_view kSilent =
     " G4 G10 G11 G17 G21 G29 G94 M0 M1 M17 M18 M24 M25 M73 M84 M104 M105 M106 M107 M109 M110 M114 "
     "M115 M116 M117 M118 M140 M155 M190 M201 M203 M204 M205 M211 M220 M226 M400 M420 M500 M501 "
@@ -97,7 +97,7 @@ Result<void> Interpreter::GoTo(const Axes& target, int line) {
 
 Result<void> Interpreter::Linear(const Command& command) {
   if (setup_.firmware == SheetFirmware::kRepRapFirmware && command.has("R")) return Refuse(command);
-  // On Klipper G91 makes the extruder relative too, whatever M82 said.
+  // On Klipper G91 makes the extruder relative too, despite M82.
   const bool absolute = state_.absolute_filament && (state_.absolute || !klipper());
   return GoTo(TRY(TargetOf(command, state_, shift(), absolute)), command.line);
 }

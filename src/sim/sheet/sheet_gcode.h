@@ -1,5 +1,5 @@
-// Reads G-code as a machine with several tools does: which nozzle is sent where, and what it
-// extrudes. Speeds do not matter on a sheet of paper.
+// Interprets G-code as a machine with several tools does: each nozzle's moves and extrusion. Speeds
+// do not matter on a sheet of paper.
 #pragma once
 
 #include <array>
@@ -16,7 +16,7 @@ namespace trammel::sim {
 
 constexpr int kMostSheetTools = 8;
 
-/// A point or a shift on the bed or on the sheet.
+/// Point or shift on the bed or on the sheet.
 struct PlaneMm {
   double x_mm = 0;
   double y_mm = 0;
@@ -27,35 +27,36 @@ enum class SheetFirmware { kKlipper, kMarlin, kRepRapFirmware };
 /// "klipper", "marlin" or "reprapfirmware".
 [[nodiscard]] std::string_view ToString(SheetFirmware firmware);
 
-/// The inverse of ToString, and "rrf". Error (kInput): another name; the message lists what exists.
+/// Inverts ToString, and accepts "rrf". Error (kInput): an unknown name; the message lists the
+/// known ones.
 [[nodiscard]] Result<SheetFirmware> ParseSheetFirmware(std::string_view name);
 
-/// The firmware that a file is for: the only one that its comments name, else by its commands
-/// (KEY=VALUE commands: Klipper; M218: Marlin; G10 P, M568, M563: RepRapFirmware), else Klipper.
+/// Guesses a file's firmware: the only one that its comments name, else by its commands (KEY=VALUE
+/// commands: Klipper; M218: Marlin; G10 P, M568, M563: RepRapFirmware), else Klipper.
 [[nodiscard]] SheetFirmware GuessSheetFirmware(std::string_view gcode);
 
-/// A machine before the first command; tool 0 is in use.
+/// State of a machine before the first command; tool 0 is selected.
 struct SheetSetup {
   SheetFirmware firmware = SheetFirmware::kKlipper;
-  /// What the firmware has stored per tool, in its own sign: gcode_x_offset of Klipper's
+  /// Offsets stored in the firmware per tool, in its own sign: gcode_x_offset of Klipper's
   /// toolchanger extension (acts when the tool is selected by T or SELECT_TOOL), Marlin's M218,
-  /// RepRapFirmware's G10. mm, +-1000. Klipper: has the extension where any is given.
+  /// RepRapFirmware's G10. mm, +-1000. Klipper: has the extension if any is set.
   std::array<std::optional<PlaneMm>, kMostSheetTools> stored{};
   SheetMacros macros;  ///< Klipper's gcode_macros
-  /// Further commands that select a tool, "{tool}" standing for its number.
+  /// Further commands that select a tool, with "{tool}" for its number.
   std::vector<std::string> tool_commands;
   std::string before;  ///< G-code that it has run before the file
-  /// Klipper: has [pause_resume]. Without it there is no PAUSE, and Klipper runs on.
+  /// Klipper: has [pause_resume]. Without it there is no PAUSE, and Klipper continues.
   bool pause_resume = true;
 };
 
-/// A straight move of the machine with everything the firmware adds, in machine coordinates: where
-/// the nozzle would be if it stood exactly where the firmware believes it is.
+/// Straight move of the machine with all the firmware's offsets, in machine coordinates: the
+/// nozzle's position if the firmware's belief were exact.
 struct SheetMove {
-  int line = 0;     ///< of the file, from 1
+  int line = 0;     ///< line of the file, from 1
   int tool = 0;     ///< 0 … 7
   int pick_up = 0;  ///< counts tool changes
-  int x_drive = 0;  ///< which carriage of a machine with two moves in x
+  int x_drive = 0;  ///< carriage index if a machine has two in x
   PlaneMm from;
   PlaneMm to;
   double z_mm = 0;   ///< the higher end
@@ -66,21 +67,21 @@ struct SheetMove {
 
 struct SheetProgram {
   std::vector<SheetMove> moves;
-  /// Commands that are not understood by name, with their count; not those that never move a tool
-  /// (temperatures, fans, speeds, waiting).
+  /// Unknown commands by name, with their count; not those that never move a tool (temperatures,
+  /// fans, speeds, waiting).
   std::map<std::string, int> ignored;
 };
 
-/// Interprets a file in the arithmetic of one firmware: modes (G90 and G91 also switch the
-/// extruder on Marlin, and on Klipper unless M83), G92, G28, saved states, M221, tool changes
-/// (T, ACTIVATE_EXTRUDER, SET_DUAL_CARRIAGE, SELECT_TOOL, templates, macros), and offsets:
-/// SET_GCODE_OFFSET and SET_TOOL_PARAMETER (position = command + offset), M218 and G10
-/// (position = command - offset; M218 acts with the next tool change, G10 at once).
-/// Errors (kInput) name the line and the value: malformed numbers, positions beyond +-10 m, arcs
-/// (RepRapFirmware alone: with I and J),
-/// inches, volumetric extrusion, copy and mirror modes, tools beyond 7, an extruder that extrudes
-/// while another carriage is active, macros nested deeper than 10, more than a million moves. Lines
-/// of setup.before are counted on their own, and errors say that it is they.
+/// Interprets a file in the arithmetic of one firmware: modes (G90 and G91 also switch the extruder
+/// on Marlin, and on Klipper unless M83), G92, G28, saved states, M221, tool changes (T,
+/// ACTIVATE_EXTRUDER, SET_DUAL_CARRIAGE, SELECT_TOOL, templates, macros), and offsets:
+/// SET_GCODE_OFFSET and SET_TOOL_PARAMETER (position = command + offset), M218 and G10 (position =
+/// command - offset; M218 acts with the next tool change, G10 at once).
+/// Errors (kInput) state the line and the value: malformed numbers, positions beyond +-10 m, arcs
+/// (except on RepRapFirmware: with I and J), inches, volumetric extrusion, copy and mirror modes,
+/// tools beyond 7, an extruder that extrudes while another carriage is active, macros nested deeper
+/// than 10, more than a million moves. Lines of setup.before are counted separately, and errors
+/// name them.
 [[nodiscard]] Result<SheetProgram> InterpretSheet(std::string_view gcode, const SheetSetup& setup);
 
 }  // namespace trammel::sim

@@ -23,7 +23,7 @@ std::string ErrorOf(const std::string& gcode, const SheetSetup& setup = {}) {
   return program ? "no error" : program.error().message;
 }
 
-// Where the machine is after the last move.
+// Returns the machine's position after the last move.
 PlaneMm End(const SheetProgram& program) {
   return program.moves.empty() ? PlaneMm{} : program.moves.back().to;
 }

@@ -61,7 +61,7 @@ Result<void> Interpreter::SetToolParameter(const Command& command) {
   return {};
 }
 
-// M218 T1 X0.1 Y0.2; without T, of the tool in use.
+// M218 T1 X0.1 Y0.2; without T, for the selected tool.
 Result<void> Interpreter::SetHotendOffset(const Command& command) {
   if (setup_.firmware != SheetFirmware::kMarlin) {
     Ignore(command.name);
@@ -81,7 +81,7 @@ Result<void> Interpreter::StoreXy(const Command& command, const char* tool_key) 
   return {};
 }
 
-// G10 P1 X0.1 Y0.2, or with L1; without P and L it is a retraction, as it is on Marlin.
+// G10 P1 X0.1 Y0.2, or with L1; without P and L it is a retraction, as on Marlin.
 Result<void> Interpreter::SetToolOffset(const Command& command) {
   const bool offsets = command.has("P") || command.has("L");
   if (setup_.firmware != SheetFirmware::kRepRapFirmware || !offsets) {
@@ -105,7 +105,7 @@ Result<void> Interpreter::ChangeTool(const Command& command, int tool, bool by_c
   for (std::size_t axis = 0; axis < 3; ++axis) target[axis] -= offsets_.shift()[axis];
   offsets_.Select(tool, by_changer);
   for (std::size_t axis = 0; axis < 3; ++axis) target[axis] += offsets_.shift()[axis];
-  // Marlin brings the new nozzle to where the old one was.
+  // Marlin moves the new nozzle to the old one's position.
   const bool moves = setup_.firmware == SheetFirmware::kMarlin && !command.has("S");
   return moves ? GoTo(target, command.line) : Result<void>{};
 }
@@ -158,7 +158,7 @@ Result<void> Interpreter::SelectTool(const Command& command) {
   return ChangeTool(command, named, true);
 }
 
-// T0 … T7, T-1 and the templates of the setup. False: not one of these.
+// Handles T0 … T7, T-1 and the templates of the setup. False: none of these.
 Result<bool> Interpreter::RunToolCommand(const Command& command, std::string_view line) {
   const std::string text = UpperCase(line.substr(0, std::min(line.size(), line.find(';'))));
   const std::size_t last = text.find_last_not_of(" \t\r");
@@ -191,8 +191,8 @@ Result<bool> Interpreter::RunToolCommand(const Command& command, std::string_vie
 namespace {
 
 constexpr Bound kCentreMm{-1e4, 1e4};
-constexpr double kSagMm = 0.0005;      // of a chord below its arc
-constexpr double kOffCircleMm = 0.05;  // by which an arc's two radii may differ
+constexpr double kSagMm = 0.0005;      // of an arc below its chord
+constexpr double kOffCircleMm = 0.05;  // permitted difference of an arc's two radii
 constexpr double kSmallestMm = 0.01;
 constexpr double kLongestChordRad = 0.35;
 

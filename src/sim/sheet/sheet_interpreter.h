@@ -1,4 +1,4 @@
-// The state machine behind InterpretSheet; its own header because two files share the work.
+// State machine of InterpretSheet, in its own header because two files implement it.
 #pragma once
 
 #include <array>
@@ -16,7 +16,7 @@ namespace trammel::sim::sheet {
 
 inline constexpr Bound kToolNumber{0, kMostSheetTools - 1};
 
-// What Klipper's SAVE_GCODE_STATE keeps.
+// State that Klipper's SAVE_GCODE_STATE saves.
 struct State : Modes {
   SheetToolOffsets::Shift shift{};
 };
@@ -76,7 +76,7 @@ class Interpreter {
   int tool_ = 0;
   int extruder_ = 0;
   bool has_carriages_ = false;
-  std::array<double, 2> parked_x_mm_{};  // of the two carriages
+  std::array<double, 2> parked_x_mm_{};  // per carriage
   int pick_up_ = 0;
   int commands_ = 0;
 };

@@ -15,7 +15,7 @@ constexpr NamedChoice<SheetScene> kScenes[] = {{"black-on-white", SheetScene::kB
                                                {"white-on-black", SheetScene::kWhiteOnBlack},
                                                {"colours-on-white", SheetScene::kColoursOnWhite}};
 
-// Filaments that a flatbed tells from white paper in at least one channel.
+// Filaments that a flatbed distinguishes from white paper in at least one channel.
 constexpr std::array<LinearRgb, kMostSheetTools> kFilaments = {{{0.02, 0.02, 0.02},
                                                                 {0.55, 0.03, 0.03},
                                                                 {0.03, 0.08, 0.45},

@@ -19,7 +19,7 @@ constexpr double kStepMm = 0.05;  // between two points of a line
 constexpr double kReachMm = 1.0;  // above the bed; higher, filament does not stick
 constexpr double kNoLengthMm = 1e-6;
 constexpr double kTravelMm = 1;          // shorter ones draw no string
-constexpr double kSameDirection = 1e-6;  // of the sine between two moves of one line
+constexpr double kSameDirection = 1e-6;  // sine of the angle between two moves of one line
 constexpr double kPrimedMm = 1e-7;       // filament; rounding of the file's five digits stays below
 constexpr double kThinnestMm = 0.05;
 constexpr double kWidestMm = 3;
@@ -35,7 +35,7 @@ class Press {
   [[nodiscard]] std::size_t points() const { return points_; }
 
  private:
-  // The share of an extruding move after which ink flows; 1 where none does.
+  // Returns the share of an extruding move after which ink flows; 1 if none does.
   double PrimedAt(const SheetMove& move);
   double WidthOf(const SheetMove& move, double length_mm) const;
   void Draw(const SheetMove& move, double from_fraction, double length_mm);
@@ -124,7 +124,7 @@ void Press::Draw(const SheetMove& move, double from_fraction, double length_mm) 
   }
 }
 
-// A string may hang from the end of the last line, whatever was retracted in between.
+// The end of the last line may draw a string, whatever was retracted meanwhile.
 void Press::Travel(const SheetMove& move) {
   if (!line_end_) return;
   const SheetTool& tool = machine_.tools[static_cast<std::size_t>(move.tool)];
@@ -220,7 +220,7 @@ double Bell(double distance_mm) {
   return std::exp(-ratio * ratio);
 }
 
-// One edge's roughness: a first-order autoregression, exp(-distance / length).
+// Roughness of one edge: a first-order autoregression, exp(-distance / length).
 class Edge {
  public:
   Edge(const SheetMachine& machine, Random& random)
@@ -242,7 +242,7 @@ class Edge {
   double value_;
 };
 
-// The share of a line's length at which it is missing.
+// Share of a line's length that is missing.
 struct Gap {
   double begin = 2;
   double end = 2;
@@ -331,7 +331,7 @@ void AddString(int tool, const PlaneMm& from, const PlaneMm& to, const SheetPape
 
 namespace {
 
-/// What encloses all that was drawn.
+/// Bounding box of all that was drawn.
 struct Extent {
   double lo_x = std::numeric_limits<double>::infinity();
   double lo_y = lo_x;
@@ -352,7 +352,7 @@ Extent ExtentOf(const std::vector<InkStroke>& strokes) {
   return extent;
 }
 
-// A hair bends by a curvature that wanders; each short piece of it is a stroke of its own.
+// Adds a hair with a randomly varying curvature; each short piece of it is a separate stroke.
 void AddHair(const Extent& extent, Random random, std::vector<InkStroke>& strokes) {
   constexpr double kPieceMm = 0.5;
   PlaneMm at{random.Uniform(extent.lo_x, extent.hi_x), random.Uniform(extent.lo_y, extent.hi_y)};

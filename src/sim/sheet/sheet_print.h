@@ -1,4 +1,4 @@
-// Prints a sheet: from where the nozzles are sent to the ink that lies on the flat paper.
+// Prints a sheet: from the nozzles' commanded moves to the ink on the flat paper.
 #pragma once
 
 #include <array>
@@ -16,29 +16,29 @@ namespace trammel::sim {
 constexpr int kDirtInk = kMostSheetTools;
 constexpr int kInkCount = kMostSheetTools + 1;
 
-/// A place on a line's way and the line's edges beside it.
+/// Point of a line's path and the line's edges beside it.
 struct StrokePoint {
   PlaneMm centre;
-  double left_mm = 0;   ///< to the left edge, seen along the line
+  double left_mm = 0;   ///< to the left edge, in line direction
   double right_mm = 0;  ///< to the right edge; left + right > 0
 };
 
-/// One line of ink. Coordinates are the bed's, as the paper lies flat.
+/// Line of ink. Coordinates are the bed's, for flat paper.
 struct InkStroke {
   int ink = 0;                      ///< tool, or kDirtInk
   double opacity = 1;               ///< 0 … 1
   bool raised = true;               ///< throws a shadow
   PlaneMm along;                    ///< unit vector from its start to its end
-  std::vector<StrokePoint> points;  ///< at least 2; 0.05 mm apart or less
+  std::vector<StrokePoint> points;  ///< at least 2; spacing up to 0.05 mm
 };
 
-/// What a tool's lines really do on this sheet.
+/// True behaviour of a tool's lines on this sheet.
 struct SheetToolTruth {
   int tool = 0;
-  /// Landing of its lines for a command, without play, noise and paper, minus the same of a tool
-  /// without any offset. The offset that calibrations look for is the difference of two of these.
+  /// Position of its lines for a command, without backlash, noise and paper, minus that of a tool
+  /// without any offset. Calibrations determine the difference of two of these.
   PlaneMm offset_mm;
-  bool printed = true;  ///< whether any ink came out
+  bool printed = true;  ///< true if any ink was printed
 };
 
 struct PrintedSheet {
@@ -47,7 +47,7 @@ struct PrintedSheet {
   LinearRgb paper{};
   std::vector<SheetToolTruth> tools;  ///< those the file draws with, ascending
   std::array<double, 2> backlash_mm{};
-  std::vector<std::string> notes;  ///< what in the file cannot have been meant, for people
+  std::vector<std::string> notes;  ///< probable mistakes in the file, for users
 };
 
 /// Draws with a real hysteresis: each axis keeps where its play stands, along drawn lines and
@@ -59,10 +59,10 @@ struct PrintedSheet {
                                               const SheetMachine& machine, const SheetPaper& paper,
                                               const Random& random);
 
-/// The landing offset of a tool minus that of the reference, or nothing where either drew nothing.
+/// Returns the landing offset of a tool minus that of the reference; absent if either drew nothing.
 [[nodiscard]] std::optional<PlaneMm> OffsetOf(const PrintedSheet& sheet, int tool, int reference);
 
-/// A line as the nozzle drew it.
+/// Line as drawn by the nozzle.
 struct DrawnLine {
   int tool = 0;
   PlaneMm along;  ///< unit vector
@@ -75,11 +75,11 @@ struct DrawnLine {
   bool joins_after = false;
 };
 
-/// Appends the line's ink; nothing where it does not stick, two strokes where it has a gap.
+/// Appends the line's ink; nothing if it does not stick, two strokes if it has a gap.
 void AddStrokes(const DrawnLine& line, const SheetMachine& machine, const SheetPaper& paper,
                 Random random, std::vector<InkStroke>& strokes);
 
-/// Appends a thread of ooze that begins at `from` and lies towards `to`.
+/// Appends a thread of ooze from `from` towards `to`.
 void AddString(int tool, const PlaneMm& from, const PlaneMm& to, const SheetPaper& paper,
                Random random, std::vector<InkStroke>& strokes);
 

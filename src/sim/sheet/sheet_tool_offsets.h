@@ -1,4 +1,4 @@
-// How each firmware turns stored tool offsets into a shift of the machine's position.
+// Shift of the machine's position by stored tool offsets, for each firmware.
 #pragma once
 
 #include <array>
@@ -7,8 +7,8 @@
 
 namespace trammel::sim {
 
-/// The tool in use and every offset the firmware knows. The machine's position is the commanded
-/// one, plus G92's origin, plus shift(). Axes: 0 x, 1 y, 2 z.
+/// Selected tool and all offsets of the firmware. The machine's position is the commanded one, plus
+/// G92's origin, plus shift(). Axes: 0 x, 1 y, 2 z.
 class SheetToolOffsets {
  public:
   using Shift = std::array<double, 3>;  ///< mm
@@ -17,8 +17,8 @@ class SheetToolOffsets {
 
   [[nodiscard]] const Shift& shift() const { return shift_; }
 
-  /// A tool change. @param by_changer  by T or SELECT_TOOL: Klipper's toolchanger extension then
-  /// sets SET_GCODE_OFFSET's x and y to what is stored, unless that tool is in use already.
+  /// Changes the tool. @param by_changer  by T or SELECT_TOOL: Klipper's toolchanger extension then
+  /// sets SET_GCODE_OFFSET's x and y to the stored offset, unless that tool is already selected.
   void Select(int tool, bool by_changer);
   /// Stores an offset in the firmware's own sign.
   void Store(int tool, int axis, double offset_mm);
@@ -27,7 +27,7 @@ class SheetToolOffsets {
   void AdjustGcodeOffset(int axis, double by_mm);
   /// Klipper's RESTORE_GCODE_STATE.
   void RestoreGcodeOffset(const Shift& shift) { shift_ = shift; }
-  /// After homing, the position of every firmware is again exactly what its tables say.
+  /// Resets the position to the firmware's tables, as homing does in every firmware.
   void Home();
 
  private:

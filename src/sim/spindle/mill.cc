@@ -33,7 +33,7 @@ constexpr const char* kLetters = "XYZC";
 
 json Failed(const std::string& why, const char* kind) { return {{"error", why}, {"kind", kind}}; }
 
-// The number behind a letter that begins a word of a block.
+// Returns the number after a letter that begins a word of a block.
 std::optional<double> Word(std::string_view block, char letter) {
   for (std::size_t at = 0; at + 1 < block.size(); ++at) {
     if (block[at] != letter || (at > 0 && block[at - 1] != ' ')) continue;
@@ -175,7 +175,7 @@ json VirtualMill::Mdi(const std::string& block, double now_s) {
   return json::object();
 }
 
-// Values of the INI file in a message; other parameters are not kept.
+// Expands values of the INI file in a message; other parameters are not stored.
 std::string VirtualMill::Shown(const std::string& text) const {
   std::string shown;
   for (std::size_t i = 0; i < text.size(); ++i) {
@@ -200,7 +200,7 @@ std::string VirtualMill::Shown(const std::string& text) const {
 void VirtualMill::Move(const std::string& block, double now_s) {
   ++moves_;
   const MillFaults& faults = options_.faults;
-  if (moves_ == faults.refused_at_move) return;  // as LinuxCNC does, which tells it its screen
+  if (moves_ == faults.refused_at_move) return;  // like LinuxCNC, which reports only on its screen
   const std::array<double, 4> from = Now(now_s);
   std::array<double, 4> to = from;
   for (std::size_t i = 0; i < to.size(); ++i) to[i] = Word(block, kLetters[i]).value_or(to[i]);

@@ -1,4 +1,4 @@
-// A virtual milling machine in the host's time, as a helper that joins LinuxCNC sees it.
+// Virtual milling machine in host time, as seen by a helper that joins LinuxCNC.
 #pragma once
 
 #include <array>
@@ -14,13 +14,13 @@
 
 namespace trammel::sim {
 
-/// What goes wrong. Counts are of moves that were begun; 0: never.
+/// Faults. Counts are of moves that were begun; 0: never.
 struct MillFaults {
   bool not_homed = false;
   bool spindle_turns = false;
   int estop_at_move = 0;    ///< the emergency stop is pressed in that one
-  int silent_at_move = 0;   ///< from that one on its server closes every connection
-  int refused_at_move = 0;  ///< that one is refused, as by a controller of its own limits
+  int silent_at_move = 0;   ///< from this move on its server closes every connection
+  int refused_at_move = 0;  ///< this move is refused, as by a controller's own limits
 };
 
 struct MillOptions {
@@ -31,7 +31,7 @@ struct MillOptions {
   MillFaults faults;
 };
 
-/// Where the axes are, as the controller states it.
+/// Positions of the axes, as reported by the controller.
 struct MillPlace {
   Triple stated_mm = {};
   double c_deg = 0;
@@ -40,16 +40,16 @@ struct MillPlace {
   std::uint64_t turn = 0;      ///< counts moves of C that changed it
 };
 
-/// Three axes and C that go at the speed that is asked for and stop at once. It answers what
-/// trammel asks of its helper beside LinuxCNC: lines of JSON with an "id" and what to "do" (look,
-/// state, facts, take, mdi, show, abort). Whoever asks is served. Safe to use from several threads.
+/// Three axes and C that move at the requested speed and stop at once. Answers trammel's requests
+/// to its LinuxCNC helper: lines of JSON with an "id" and "do" (look, state, facts, take, mdi,
+/// show, abort). Serves every client. Thread-safe.
 class VirtualMill {
  public:
   explicit VirtualMill(const MillOptions& options);
 
-  /// The answer to a line of a client, without its line end.
+  /// Returns the answer to a line of a client, without its line end.
   [[nodiscard]] std::string Answer(const std::string& line, double now_s);
-  /// Ends what is under way and gives the mode back, as LinuxCNC's helper does when it is left.
+  /// Ends current motion and restores the mode, as LinuxCNC's helper does at its end.
   void Leave(double now_s);
   [[nodiscard]] MillPlace At(double now_s) const;
   /// False from a fault on: its server is gone.
@@ -75,14 +75,14 @@ class VirtualMill {
   std::array<double, 4> to_ = {};
   double begin_s_ = 0;
   double duration_s_ = 0;
-  double estop_s_ = std::numeric_limits<double>::infinity();  ///< when it is pressed
+  double estop_s_ = std::numeric_limits<double>::infinity();  ///< time of the emergency stop
   int moves_ = 0;
   std::uint64_t approach_ = 0;
   std::uint64_t turn_ = 0;
   bool serves_ = true;
 };
 
-/// Serves the machine on a port of 127.0.0.1 from a thread of its own.
+/// Serves the machine on a port of 127.0.0.1 from its own thread.
 class MillServer {
  public:
   /// @param port  0 takes a free one
@@ -93,8 +93,8 @@ class MillServer {
   [[nodiscard]] virtual int port() const = 0;
 };
 
-/// Hands standard input on to a virtual mill on a port of 127.0.0.1, and its answers to standard
-/// output, until either ends. Error (kMachine): nobody listens there.
+/// Forwards standard input to a virtual mill on a port of 127.0.0.1, and its answers to standard
+/// output, until either ends. Error (kMachine): no server on that port.
 [[nodiscard]] Result<void> JoinMill(int port);
 
 }  // namespace trammel::sim

@@ -67,7 +67,7 @@ class Camera final : public MillCamera {
     if (!before.moving && new_place) {
       auto jpeg = Draw(before);
       const MillPlace after = mill_->At(MonotonicNow());
-      // What moved meanwhile has another picture.
+      // If it moved meanwhile, the picture is outdated.
       if (after.approach != before.approach || after.turn != before.turn) return;
       jpeg_ = std::move(jpeg);
       shown_ = before;
@@ -120,7 +120,7 @@ class Camera final : public MillCamera {
   std::thread thread_;
 };
 
-// Eq. 2 of the paper backwards; beta within a quarter turn.
+// Inverts eq. 2 of the paper; beta within a quarter turn.
 Triple AnglesOf(const Turn& turn) {
   return {std::atan2(turn[2][1], turn[2][2]), -std::asin(turn[2][0]),
           std::atan2(turn[1][0], turn[0][0])};

@@ -1,4 +1,4 @@
-// The camera in the virtual mill's spindle, over a printed board, as an MJPEG stream.
+// Camera in the virtual mill's spindle, over a printed board, as an MJPEG stream.
 #pragma once
 
 #include <limits>
@@ -13,15 +13,15 @@
 namespace trammel::sim {
 
 struct MillCameraOptions {
-  int port = 0;                       ///< on 127.0.0.1; 0 takes a free one
+  int port = 0;                       ///< on 127.0.0.1; 0: a free one
   SpindlePicture like;                ///< light, clutter and eye of its pictures
   std::vector<RingPattern> patterns;  ///< one for each mark
   int jpeg_quality = 95;              ///< 1 … 100
-  /// Where the spindle's stated X is beyond it, something keeps the light off the board.
+  /// Limit of the spindle's reported X, beyond which the board is in shadow.
   double dark_beyond_x_mm = std::numeric_limits<double>::infinity();
 };
 
-/// Draws a picture wherever the machine has come to rest; while it moves, the last one goes on.
+/// Draws a picture whenever the machine has come to rest; repeats the last one while it moves.
 class MillCamera {
  public:
   /// @param board  with one stop, which is where the machine stands and how it is turned at first
@@ -32,8 +32,8 @@ class MillCamera {
   [[nodiscard]] virtual int port() const = 0;
 };
 
-/// What is true of board and camera, in JSON: the camera as align calibrate gives it, with its
-/// place in the taper as the spindle carries it, and how the marks of `touched` were touched.
+/// Returns the truth of board and camera, in JSON. The camera is as in align calibrate's result,
+/// with its place in the taper as the spindle carries it; the touches are those of `touched`.
 [[nodiscard]] std::string MillTruthJson(const BoardWorld& board);
 
 }  // namespace trammel::sim

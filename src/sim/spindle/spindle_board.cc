@@ -85,7 +85,8 @@ void DrawApproaches(const BoardSetup& setup, Random random, BoardWorld& world) {
   }
 }
 
-// The tool's tip is on the spindle's axis, below the gauge line by its actual length.
+// Draws touches; the tool's tip is on the spindle's axis, below the gauge line by its actual
+// length.
 void DrawTouches(const BoardSetup& setup, Random random, BoardWorld& world) {
   const double length_mm = setup.tool_length_mm + random.Normal(0, setup.machine.tool_length_mm);
   for (const int mark : setup.touched) {
@@ -116,7 +117,7 @@ Triple StatedFor(const SpindleMachine& machine, const Triple& actual_mm) {
 std::vector<SpindleStop> BoardStops(const BoardSetup& setup, int per_turn, int heights,
                                     double reach_mm, double low_mm, double high_mm,
                                     const std::vector<double>& c_rad) {
-  // The plane's most even sequence (Roberts 2018): powers of the root of x^3 = x + 1.
+  // Low-discrepancy sequence of the plane (Roberts 2018): powers of the root of x^3 = x + 1.
   constexpr double kFirst = 0.7548776662466927;
   constexpr double kSecond = 0.5698402909980532;
   std::vector<SpindleStop> stops;

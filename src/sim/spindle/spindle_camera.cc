@@ -18,8 +18,8 @@ constexpr double kTurn = 2 * std::numbers::pi;
 
 double HalfSquare(double t) { return t > 0 ? 0.5 * t * t : 0; }
 
-/// What a straight edge leaves of a square of `side` px: the part where the distance, `inside_mm`
-/// at the middle and growing along the direction (x, y) of the target's plane, is positive.
+/// Computes the part of a square of `side` px inside a straight edge: where the distance is
+/// positive. It is `inside_mm` at the middle and grows along (x, y) of the target's plane.
 double Left(double inside_mm, double x, double y, double side,
             const std::array<std::array<double, 2>, 2>& by_pixel) {
   const double right = x * by_pixel[0][0] + y * by_pixel[1][0];  // mm per px
@@ -29,7 +29,7 @@ double Left(double inside_mm, double x, double y, double side,
   const double distance = inside_mm / steepness;
   if (distance >= 0.71 * side) return 1;
   if (distance <= -0.71 * side) return 0;
-  // The square's shadow along the edge's normal is a trapezium: two boxes, one after the other.
+  // Projected onto the edge's normal the square is a trapezoid: the convolution of two boxes.
   const double a = std::max(std::abs(right) / steepness * side, 1e-6 * side);
   const double b = std::max(std::abs(down) / steepness * side, 1e-6 * side);
   const double half_sum = 0.5 * (a + b);
@@ -50,7 +50,7 @@ struct Square {
     if (!(radius > 0)) return 1;
     return Left(radius_mm - radius, -x / radius, -y / radius, side_px, pixel->by_pixel);
   }
-  /// On the left-hand side of the ray from the middle at this angle.
+  /// Computes the part left of the ray from the middle at this angle.
   [[nodiscard]] double LeftOfRay(double angle_rad) const {
     const double c = std::cos(angle_rad);
     const double s = std::sin(angle_rad);
@@ -58,7 +58,7 @@ struct Square {
   }
 };
 
-// The white part of the ring's segments, as if the ring had neither inner nor outer edge.
+// Returns the white part of the ring's segments, as if the ring had neither inner nor outer edge.
 double WhiteSegments(const RingPattern& pattern, const Square& square) {
   const double sense = pattern.clockwise ? -1 : 1;
   const double angle = sense * std::atan2(square.y, square.x) - pattern.first_rad;
@@ -147,7 +147,7 @@ struct Box {
   int bottom = 0;
 };
 
-/// Places of the picture in the plane of one target.
+/// Maps positions of the picture to the plane of one target.
 class TargetPlane {
  public:
   TargetPlane(const SpindleLens& lens, const Place& camera_from_target)
@@ -169,7 +169,8 @@ class TargetPlane {
   Turn target_from_camera_;
 };
 
-// The part of the picture that a target covers, from points of its outline; empty out of view.
+// Returns the part of the picture covered by a target, from points of its outline; empty out of
+// view.
 Box BoxOf(const SpindleLens& lens, const PlacedTarget& target) {
   constexpr int kPoints = 32;
   constexpr double kRoom_px = 3;
@@ -179,7 +180,7 @@ Box BoxOf(const SpindleLens& lens, const PlacedTarget& target) {
   double bottom = -1e9;
   for (int i = 0; i < kPoints; ++i) {
     const double angle = 2 * std::numbers::pi * i / kPoints;
-    // An outline of 32 corners stays inside by 0.5 %: 2 % more covers it.
+    // A polygon of 32 corners is inside the outline by 0.5 %: 2 % more covers it.
     const double r = 1.02 * target.pattern.ground_radius_mm;
     const auto seen =
         SeenAt(lens, target.camera_from_target.Out({r * std::cos(angle), r * std::sin(angle), 0}));
@@ -244,7 +245,8 @@ void Shade(const SpindleLight& light, cv::Mat& grey) {
   }
 }
 
-// A straight way of `length` px: even along it, smeared to the neighbouring pixels by tent weights.
+// Returns the kernel of a straight motion of `length` px: uniform, with tent weights for the
+// neighbouring pixels.
 cv::Mat MotionKernel(double length_px, double angle_rad) {
   const int half = static_cast<int>(std::ceil(0.5 * length_px)) + 1;
   cv::Mat kernel(2 * half + 1, 2 * half + 1, CV_32F, cv::Scalar(0));

@@ -21,7 +21,7 @@ cv::Point Fine(double x, double y) {
 
 double Angle(Random& random) { return random.Uniform(0, 2 * std::numbers::pi); }
 
-// 8-bit pictures are what the drawing functions smooth the edges of.
+// OpenCV's drawing functions antialias only 8-bit pictures.
 cv::Scalar GreyNear(double surface, double least, double most, Random& random) {
   return {std::clamp(surface * random.Uniform(least, most), 0.0, 255.0)};
 }
@@ -108,7 +108,7 @@ void DrawChips(int count, double surface, Random& random, cv::Mat& grey) {
   }
 }
 
-// Fine grain and coarse stains, both of this standard deviation.
+// Adds fine grain and coarse stains, both of this standard deviation.
 void AddGrain(double grain, Random& random, cv::Mat& grey) {
   const Tile fine = SmoothNoise(512, 1.2, random);
   const Tile coarse = SmoothNoise(128, 3, random);
@@ -142,13 +142,13 @@ cv::Mat SurfaceOf(const SpindlePicture& picture, Random& random) {
 
 void Litter(const SpindleClutter& clutter, double surface_grey, Random& random, cv::Mat& grey) {
   if (!clutter.over_targets) return;
-  // Drawn on a sheet of glass: what it covers, and how bright it is there.
+  // Draws on a separate layer: its coverage, and its brightness there.
   cv::Mat cover(grey.size(), CV_8U, cv::Scalar(0));
   cv::Mat bright(grey.size(), CV_8U, cv::Scalar(surface_grey));
   Random again = random;
   DrawScratches(clutter.scratches, surface_grey, random, bright);
   DrawChips(clutter.chips, surface_grey, random, bright);
-  // The same outlines, in white: the colour is one number of the generator in either case.
+  // Draws the same outlines in white: the colour consumes one random number in either case.
   DrawScratches(clutter.scratches, 1e9, again, cover);
   DrawChips(clutter.chips, 1e9, again, cover);
   for (int y = 0; y < grey.rows; ++y) {

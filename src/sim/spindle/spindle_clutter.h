@@ -1,4 +1,4 @@
-// What lies about on a machined surface.
+// Clutter on a machined surface.
 #pragma once
 
 #include <opencv2/core/mat.hpp>
@@ -8,10 +8,10 @@
 
 namespace trammel::sim {
 
-/// The bare surface with edges, holes and words, CV_32F in grey levels.
+/// Returns the bare surface with edges, holes and lettering, CV_32F in grey levels.
 [[nodiscard]] cv::Mat SurfaceOf(const SpindlePicture& picture, Random& random);
 
-/// Scratches and chips on top of what is there. `grey` is CV_32F.
+/// Adds scratches and chips to the picture. `grey` is CV_32F.
 void Litter(const SpindleClutter& clutter, double surface_grey, Random& random, cv::Mat& grey);
 
 }  // namespace trammel::sim

@@ -12,7 +12,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-// A frame with this z; its x as near to the part's x as can be, turned about z.
+// Returns a frame with this z; its x is as near to the part's x as possible, rotated about z.
 Place FrameOf(const Triple& origin_mm, const SpindleTarget& target) {
   const Triple z = UnitOf(target.facing);
   const Triple near = std::abs(z[0]) < 0.9 ? Triple{1, 0, 0} : Triple{0, 1, 0};
@@ -87,7 +87,7 @@ std::string ObservationsJson(const SpindleWorld& world, const SpindleName& name,
     Json view = ViewJson(world, stop);
     view["observations"] = Json::array();
     for (const SpindleObservation& seen : Look(world, stop, margin_px, noise)) {
-      // Without noise a sigma of 0 would weigh without bound.
+      // Without noise a sigma of 0 would have an infinite weight.
       const double sigma_px = world.setup.sigma_px > 0 ? world.setup.sigma_px : 1e-3;
       view["observations"].push_back({{"target", world.setup.part.targets[seen.target].id},
                                       {"column_px", seen.noisy_px[0]},

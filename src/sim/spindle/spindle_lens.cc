@@ -94,7 +94,7 @@ struct Bent {
   std::array<std::array<double, 2>, 2> by_measured;
 };
 
-// The polynomial and its derivative at a measured place about the principal point.
+// Returns the polynomial and its derivative at a measured position about the principal point.
 Bent Bend(const SpindleLens& lens, double x, double y) {
   const double r2 = x * x + y * y;
   const double radial = 1 + lens.k1 * r2 + lens.k2 * r2 * r2;
@@ -114,7 +114,7 @@ Bent Bend(const SpindleLens& lens, double x, double y) {
 SpindleLens AsRealCamera(const SpindleLens& lens) {
   SpindleLens real = lens;
   if (lens.along_plus_z) return real;
-  // Rz Ry Rx(alpha) · Rx(pi): the half turn comes first, so it adds to alpha.
+  // Rz Ry Rx(alpha) · Rx(pi): the half turn is applied first, so it adds to alpha.
   real.angles_rad[0] = std::remainder(lens.angles_rad[0] + std::numbers::pi, 2 * std::numbers::pi);
   real.along_plus_z = true;
   return real;

@@ -30,7 +30,7 @@ Triple Within(double half_width, Random& random) {
   return drawn;
 }
 
-// The order of the draws is part of what a seed means.
+// The order of the draws defines the world of a seed.
 Triple Scattered(double sigma, Random& random) {
   Triple drawn;
   for (double& value : drawn) value = random.Normal(0, sigma);
@@ -81,7 +81,7 @@ SpindleWorld DrawSpindleWorld(const SpindleSetup& setup, const SpindleName& name
   Random measured = Random(name.seed).Fork(kOutOfMachine);
   const double warm = 1 + part.expansion_per_k * (part.temperature_c - kReference_c);
   for (const SpindleTarget& target : part.targets) {
-    // The stated ideal place is true plus error; so the true one is stated less error.
+    // The stated ideal position is true plus error; so the true one is stated minus error.
     const Triple error =
         part.out_of_machine_scale * target.ideal_mm + Scattered(part.out_of_machine_mm, measured);
     world.targets_mm.push_back(warm * (target.ideal_mm - error));
@@ -134,7 +134,7 @@ namespace {
 
 constexpr double kHalfBase_mm = 50;
 
-// Corners in the order T1 … T4, counter-clockwise for the camera.
+// Returns the corners in the order T1 … T4, counter-clockwise for the camera.
 std::vector<SpindleTarget> Corners(const Triple& right_mm, const Triple& up_mm,
                                    const Triple& facing) {
   const Triple low_left = (-0.5) * right_mm - 0.5 * up_mm;

@@ -1,4 +1,4 @@
-// The virtual spindle: a machine that carries a clamped camera past the targets of a part.
+// Virtual spindle: a machine that moves a clamped camera past the targets of a part.
 #pragma once
 
 #include <array>
@@ -11,7 +11,7 @@
 
 namespace trammel::sim {
 
-/// Actual place = stated place, skewed and stretched about the machine's zero, plus an error of
+/// Actual position = stated position, sheared and scaled about the machine's zero, plus an error of
 /// each approach. The defaults are a machine without errors.
 struct SpindleMachine {
   bool along_y = false;  ///< the camera looks along +Y (a horizontal spindle), else along -Z
@@ -24,7 +24,7 @@ struct SpindleMachine {
   double square_yz_rad = 0;     ///< y gains square_yz * z
 };
 
-/// How far one clamping may be from the last. The defaults are the paper's coupling.
+/// Variation from one clamping to the next. The defaults are the paper's coupling.
 struct ClampingSpread {
   double angle_rad = 3.3e-3;       ///< uniform within +-this: half the backlash, 0 … 0.5
   double eccentricity_mm = 0.015;  ///< 1 sigma per axis, 0 … 5
@@ -38,7 +38,7 @@ struct SpindleClamping {
   std::array<double, 2> tilt_rad = {};
 };
 
-/// A target where the ideal part has it. `facing` is its normal, `turn_rad` its turn about that.
+/// Target in the ideal part. `facing` is its normal, `turn_rad` its rotation about that.
 struct SpindleTarget {
   int id = 0;
   Triple ideal_mm = {};
@@ -47,7 +47,7 @@ struct SpindleTarget {
 };
 
 struct SpindlePart {
-  Triple origin_mm = {};        ///< where it is meant to lie, in the machine
+  Triple origin_mm = {};        ///< nominal position in the machine
   Triple angles_rad = {};       ///< (alpha, beta, gamma) of eq. 2
   double misplaced_mm = 2;      ///< uniform within +-this per axis, by the seed
   double misplaced_rad = 2e-3;  ///< the same for the angles
@@ -55,10 +55,10 @@ struct SpindlePart {
   double temperature_c = 20;        ///< the ideal places hold at 20
   double expansion_per_k = 11e-6;   ///< about the part's origin
   double out_of_machine_mm = 0;     ///< error of each ideal coordinate, 1 sigma
-  double out_of_machine_scale = 0;  ///< of all of them: a wrong scale bar
+  double out_of_machine_scale = 0;  ///< scale error of all: a wrong scale bar
 };
 
-/// Where the programme sends the spindle.
+/// Position of the spindle in the programme.
 struct SpindleStop {
   Triple stated_mm = {};
   double c_rad = 0;  ///< orientation of the spindle about its axis
@@ -66,7 +66,7 @@ struct SpindleStop {
 
 struct SpindleSetup {
   SpindleLens lens;         ///< the camera as it is
-  SpindleLens stated_lens;  ///< as its calibration has it
+  SpindleLens stated_lens;  ///< as calibrated
   SpindleMachine machine;
   ClampingSpread spread;
   SpindlePart part;
@@ -77,68 +77,70 @@ struct SpindleSetup {
 /// Error (kInput): a stop outside the travel.
 [[nodiscard]] Result<void> Validate(const SpindleSetup& setup);
 
-/// A seed names part and machine, `clamping` what one clamping and its pictures add.
+/// Names a world: the seed defines part and machine, `clamping` one clamping and its pictures.
 struct SpindleName {
   std::uint64_t seed = 0;
   std::uint64_t clamping = 0;
 };
 
-/// What is true, drawn from a setup.
+/// Truth drawn from a setup.
 struct SpindleWorld {
   SpindleSetup setup;
   Place machine_from_part;
   Triple part_angles_rad = {};
-  std::vector<Triple> targets_mm;  ///< in the part frame, where they really are, warm
+  std::vector<Triple> targets_mm;  ///< part frame, actual positions, warm
   SpindleClamping clamping;
-  std::vector<Triple> actual_mm;  ///< of the spindle at each stop
+  std::vector<Triple> actual_mm;  ///< spindle position per stop
 };
 
 /// REQUIRES a valid setup.
 [[nodiscard]] SpindleWorld DrawSpindleWorld(const SpindleSetup& setup, const SpindleName& name);
 
-/// Orientation of the spindle frame in the machine (R_cnc): z points from the tool to the spindle.
+/// Returns the orientation of the spindle frame in the machine (R_cnc): z points from the tool to
+/// the spindle.
 [[nodiscard]] Turn SpindleTurn(const SpindleMachine& machine, double c_rad);
 
-/// Eq. 21 with eccentricity and tilt: where the camera really is at a stop.
+/// Applies eq. 21 with eccentricity and tilt: the camera's true position at a stop.
 [[nodiscard]] Place MachineFromCamera(const SpindleWorld& world, std::size_t stop);
 
 struct SpindleObservation {
   std::size_t target = 0;    ///< index into the part's targets
   PixelPlace exact_px = {};  ///< image of the target's centre
-  PixelPlace noisy_px = {};  ///< with the noise of sigma_px
+  PixelPlace noisy_px = {};  ///< with noise of sigma_px
 };
 
-/// The targets whose centres are in the picture, at least `margin_px` from its edge, and which face
-/// the camera. Two normal numbers are drawn for every target of the part, seen or not.
+/// Returns the targets that face the camera with centres in the picture, at least `margin_px` from
+/// its edge. Draws two normal numbers for every target of the part, seen or not.
 [[nodiscard]] std::vector<SpindleObservation> Look(const SpindleWorld& world, std::size_t stop,
                                                    double margin_px, Random& random);
 
-/// The generator of the noise of a clamping's observations.
+/// Returns the random generator of the noise of a clamping's observations.
 [[nodiscard]] Random ObservationNoiseOf(const SpindleName& name);
-/// The generator of a clamping's pictures.
+/// Returns the random generator of a clamping's pictures.
 [[nodiscard]] Random PicturesOf(const SpindleName& name);
 
-/// Where a camera stops for a target: the target's place less the spindle axis, in the spindle's x
-/// and y.
+/// Lever of a camera's station for a target: the target's place less the spindle axis, in the
+/// spindle's x and y.
 using Lever = std::array<double, 2>;
 
-/// Two stops per target, their levers 100 mm apart along x about a middle as a person jogs it,
-/// within the field at 150 mm. With the clamp angle taken for 0 these levers lose what Table 2
-/// loses, to a factor of 1.3 in every column; levers that are alike at all targets lose nothing in
-/// alpha and beta, and levers symmetrical about the axis lose nothing at all.
+/// Returns two stops per target, their levers 100 mm apart along x about a centre as jogged by a
+/// person, within the field at 150 mm. With the clamp angle assumed 0, these levers cause the loss
+/// of Table 2, to a factor of 1.3 in every column. Levers that are equal at all targets cause none
+/// in alpha and beta, and levers symmetrical about the axis none at all.
 [[nodiscard]] std::vector<std::array<Lever, 2>> JoggedLevers();
 
-/// The stops, so that each target where it is meant to lie is seen with these levers from
+/// Returns the stops from which each target's nominal position is seen with these levers from
 /// `distance_mm` (along the spindle, from the camera's origin), C at 0.
 /// REQUIRES one pair of levers per target.
 [[nodiscard]] std::vector<SpindleStop> StopsFor(const SpindleSetup& setup, double distance_mm,
                                                 const std::vector<std::array<Lever, 2>>& levers);
 
-/// Section 3.2: four targets at the corners of 1.5 m x 1 m in the XY plane, looked at along -Z.
-/// The part's origin is the middle of its targets.
+/// Returns section 3.2's scene: four targets at the corners of 1.5 m x 1 m in the XY plane, viewed
+/// along -Z. The part's origin is the centre of its targets.
 [[nodiscard]] SpindleSetup LaboratoryScene(double distance_mm);
 
-/// Section 4: four targets at the corners of 10 m x 3 m in the XZ plane, looked at along Y.
+/// Returns section 4's scene: four targets at the corners of 10 m x 3 m in the XZ plane, viewed
+/// along Y.
 [[nodiscard]] SpindleSetup IndustryScene(double distance_mm);
 
 }  // namespace trammel::sim

@@ -172,7 +172,7 @@ namespace {
 
 constexpr double kRim_mm = 15;  // between a mark and an edge of the block
 
-/// Lays marks on a block, none nearer to another than its room.
+/// Places marks on a block, none within another's clearance.
 class Placer {
  public:
   Placer(const SurveyPartTraits& traits, Random& random, SurveyPart& part)
@@ -246,7 +246,7 @@ int AddGrid(const SurveyPartTraits& traits, Random& random, Placer& placer) {
   return added;
 }
 
-// Where the top meets the plane through two cameras and a place of it.
+// Adds points of the top on the plane of two cameras and a top point.
 int AddRow(const SurveyPartTraits& traits, const std::vector<HandShot>& shots,
            const FreeformBlock& block, Random& random, Placer& placer) {
   const std::size_t one = random.Below(shots.size());
@@ -296,7 +296,7 @@ double Way(const FreeformBlock& block, const Vector3d& lamp, const Vector3d& eye
   return (place - lamp).norm() + (place - eye).norm();
 }
 
-// Fermat: the way is stationary. Newton's method with differences.
+// Finds a stationary light path (Fermat) by Newton's method with differences.
 std::optional<Vector2d> Stationary(const FreeformBlock& block, const Vector3d& lamp,
                                    const Vector3d& eye, Vector2d at) {
   constexpr double kStep_mm = 0.5;

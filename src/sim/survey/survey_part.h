@@ -1,4 +1,4 @@
-// A block with plane sides and a freeform top, known exactly.
+// Block with plane sides and a freeform top, known exactly.
 #pragma once
 
 #include <Eigen/Core>
@@ -8,14 +8,15 @@
 
 namespace trammel::sim {
 
-/// A hill of the top, Gaussian.
+/// Gaussian hill of the top.
 struct BlockHill {
   Eigen::Vector2d at_mm = Eigen::Vector2d::Zero();
   double height_mm = 0;
   double width_mm = 100;  ///< 1 sigma
 };
 
-/// Origin amid the top's plane, which the hills rise from; sides at +-half, down to -depth.
+/// Origin in the centre of the top's plane, from which the hills rise; sides at +-half, down to
+/// -depth.
 struct FreeformBlock {
   double half_length_mm = 1000;
   double half_width_mm = 600;
@@ -23,21 +24,21 @@ struct FreeformBlock {
   std::vector<BlockHill> hills;
 };
 
-/// Seven hills drawn, broad and steep ones, up to 120 mm high.
+/// Draws a block with seven hills, broad and steep ones, up to 120 mm high.
 [[nodiscard]] FreeformBlock DrawBlock(std::uint64_t seed);
 
 [[nodiscard]] double TopAt(const FreeformBlock& block, double x_mm, double y_mm);
 [[nodiscard]] Eigen::Vector3d TopPoint(const FreeformBlock& block, double x_mm, double y_mm);
-/// Outward, of length 1, from the exact derivatives.
+/// Returns the outward unit normal, from the exact derivatives.
 [[nodiscard]] Eigen::Vector3d TopNormal(const FreeformBlock& block, double x_mm, double y_mm);
 
-/// Whether the straight line from a place on the surface to an eye passes outside of the block;
-/// looked at every 8 mm. Hills that hide less than that hide nothing.
+/// True if the straight line from a place on the surface to a camera passes outside of the block;
+/// sampled every 8 mm. Hills that hide less than that are ignored.
 [[nodiscard]] bool IsOpenTo(const FreeformBlock& block, const Eigen::Vector3d& at_mm,
                             const Eigen::Vector3d& eye_mm);
 
-/// The defaults are a 24 mm lens on 36 mm of sensor. Its distortion takes where a pin-hole would
-/// have a point to where the lens has it; r in units of the focal length.
+/// The defaults are a 24 mm lens on 36 mm of sensor. Its distortion maps pin-hole points to the
+/// lens's points; r in units of the focal length.
 struct HandLens {
   int width_px = 4000;
   int height_px = 3000;
@@ -66,28 +67,28 @@ struct HandWalk {
   bool rolled = true;  ///< a quarter turn in every other picture
 };
 
-/// Around the origin, by the golden angle, each aimed at some place of the part.
+/// Returns views around the origin, by the golden angle, each aimed at a position of the part.
 [[nodiscard]] std::vector<HandShot> WalkAround(const HandWalk& walk, std::uint64_t seed);
 
-/// Column and row, (0, 0) the centre of the first pixel. Absent behind the camera, more than 50
-/// degrees off its axis, and within `margin_px` of the picture's edge or outside of it.
+/// Returns column and row, (0, 0) the centre of the first pixel. Absent behind the camera, more
+/// than 50 degrees off its axis, and within `margin_px` of the picture's edge or outside of it.
 [[nodiscard]] std::optional<Eigen::Vector2d> SeenAt(const HandLens& lens, const HandShot& shot,
                                                     const Eigen::Vector3d& at_mm, double margin_px);
 
-/// The image of a round disc: middle of its area, and the ellipse of its second moments.
+/// Image of a round disc: centroid of its area, and the ellipse of its second moments.
 struct DiscImage {
   Eigen::Vector2d centre_px = Eigen::Vector2d::Zero();
   double major_px = 0;  ///< semi-axes
   double minor_px = 0;
-  double angle_rad = 0;  ///< from the columns to the major axis, towards the rows
+  double angle_rad = 0;  ///< columns to major axis, towards the rows
 };
-/// Its outline projected point by point. Absent where some of it is not seen.
+/// Projects its outline point by point. Absent if some of it is hidden.
 [[nodiscard]] std::optional<DiscImage> DiscSeenAt(const HandLens& lens, const HandShot& shot,
                                                   const Eigen::Vector3d& at_mm,
                                                   const Eigen::Vector3d& normal, double radius_mm,
                                                   double margin_px);
 
-/// A round disc on the surface.
+/// Round disc on the surface.
 struct SurveyMark {
   int code = 0;  ///< 0: a plain one
   Eigen::Vector3d at_mm = Eigen::Vector3d::Zero();
@@ -95,9 +96,9 @@ struct SurveyMark {
   double radius_mm = 1.5;
 };
 
-/// A polished dome that shows the lamps.
+/// Polished dome that reflects the lamps.
 struct SurveyScrew {
-  Eigen::Vector3d centre_mm = Eigen::Vector3d::Zero();  ///< of its sphere
+  Eigen::Vector3d centre_mm = Eigen::Vector3d::Zero();  ///< sphere centre
   Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();
   double radius_mm = 3;
 };
@@ -120,12 +121,12 @@ struct SurveyPartTraits {
   int lamps = 3;
 };
 
-/// Calibrated between two coded marks.
+/// Scale bar, calibrated between two coded marks.
 struct SurveyBar {
   int from = 0;
   int to = 0;
   double length_mm = 0;
-  double sigma_mm = 0.01;  ///< what `length_mm` is off by, 1 sigma
+  double sigma_mm = 0.01;  ///< error of `length_mm`, 1 sigma
 };
 
 struct SurveyPart {
@@ -141,13 +142,13 @@ struct SurveyPart {
 [[nodiscard]] SurveyPart DrawSurveyPart(const SurveyPartTraits& traits,
                                         const std::vector<HandShot>& shots, std::uint64_t seed);
 
-/// Where a lamp is mirrored by the top towards an eye, each place once: found from a net of starts,
-/// so that a place amid small hills may be missing.
+/// Finds the top's reflections of a lamp towards a camera, each once: from a net of starts, so that
+/// one amid small hills may be missing.
 [[nodiscard]] std::vector<Eigen::Vector3d> GlintsOf(const FreeformBlock& block,
                                                     const Eigen::Vector3d& lamp_mm,
                                                     const Eigen::Vector3d& eye_mm);
 
-/// The same on a screw's sphere.
+/// Returns the reflection point on a screw's sphere.
 [[nodiscard]] Eigen::Vector3d GlintOf(const SurveyScrew& screw, const Eigen::Vector3d& lamp_mm,
                                       const Eigen::Vector3d& eye_mm);
 

@@ -122,7 +122,7 @@ class Photographer {
     }
   }
 
-  // Fill up to the mean, by as many as come by chance (uniform within a half of it).
+  // Adds specks up to the mean number, with random variation (uniform within a half of it).
   void AddSpecks() {
     const double wanted = traits_.spurious * random_.Uniform(0.5, 1.5);
     while (spurious_ < wanted) {

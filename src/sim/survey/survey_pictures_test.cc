@@ -16,7 +16,7 @@ TEST(HandCamera, ShowsAPointWhereTheNumbersOfItsLensPutIt) {
   const HandLens lens;
   const auto seen = SeenAt(lens, FromAbove(), {400, -200, 0}, 0);
   ASSERT_TRUE(seen);
-  // By hand: a = 0.2, b = 0.1, q = 0.05, 1 + k1 q + k2 q^2 = 0.995575.
+  // Computed by hand: a = 0.2, b = 0.1, q = 0.05, 1 + k1 q + k2 q^2 = 0.995575.
   constexpr double kRounding_px = 1e-9;
   EXPECT_NEAR(seen->x(), 1999.5 + 14.2 + 2773 * (0.2 * 0.995575 - 2e-4 * 0.13 + 6e-4 * 0.02),
               kRounding_px);

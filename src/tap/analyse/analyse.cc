@@ -25,7 +25,8 @@ TapAnalysis Refused(Method method, const Finding& reason) {
   return result;
 }
 
-/// Both methods are asked the same of a tap first; what that refuses, no method may answer.
+/// Runs the checks that both methods share first; neither method may analyse a tap that they
+/// refuse.
 void Judge(const TapView& tap, const TapMotion& motion, const TapOptions& options,
            Workspace& workspace, TapAnalysis& result) {
   const CleanTap clean = CleanSamples(tap, motion, workspace);
@@ -49,7 +50,7 @@ void Judge(const TapView& tap, const TapMotion& motion, const TapOptions& option
   }
 }
 
-/// Value and uncertainty exist only with a good verdict.
+/// Clears value and uncertainty unless the verdict is good.
 void HideUnlessGood(TapAnalysis& result) {
   if (result.verdict != Verdict::kGood) {
     result.contact_mm = {kNone, kNone, {kNone, kNone}};
@@ -74,7 +75,7 @@ TapAnalysis AnalyseTap(const TapView& tap, const TapOptions& options, Workspace&
 }
 
 TapAnalysis TapAnalyser::Analyse(const TapView& tap) {
-  // More samples than CheckInput admits need no memory to be refused.
+  // Refusing more samples than CheckInput admits needs no memory.
   const std::size_t samples = std::min(tap.time_s.size(), kMostSamples);
   if (const std::size_t bytes = WorkspaceBytes(samples); memory_.size() < bytes) {
     memory_.resize(bytes);

@@ -1,4 +1,4 @@
-// The door of the room: one tap in, what a method says of it out.
+// Interface of the tap analysis: converts one tap to a method's result.
 #pragma once
 
 #include <cstddef>
@@ -9,16 +9,16 @@
 
 namespace trammel::tap {
 
-/// Bytes of workspace that suffice for taps of so many samples, with either method.
+/// Returns the workspace in bytes for taps of this many samples, with either method.
 [[nodiscard]] std::size_t WorkspaceBytes(std::size_t samples);
 
-/// Analyses one tap in memory of the caller. Allocates nothing and throws nothing; whatever the tap
-/// holds, the answer is an analysis.
+/// Analyses one tap in memory of the caller. Allocates nothing and never throws; the result is an
+/// analysis for any input.
 [[nodiscard]] TapAnalysis AnalyseTap(const TapView& tap, const TapOptions& options,
                                      Workspace& workspace);
 
-/// Analyses taps one after the other with memory that it keeps: nothing is allocated once it has
-/// seen the longest of them. One per thread.
+/// Analyses taps one after the other and reuses its memory: nothing is allocated after the longest
+/// of them. One per thread.
 class TapAnalyser {
  public:
   explicit TapAnalyser(const TapOptions& options) : options_(options) {}

@@ -1,4 +1,4 @@
-// include/trammel/tap.h, the C interface, on top of AnalyseTap.
+// C interface include/trammel/tap.h, on top of AnalyseTap.
 #include <trammel/tap.h>
 
 #include <algorithm>
@@ -53,7 +53,7 @@ trammel_tap_options Defaults() {
           kUnknown};
 }
 
-// What an older caller does not know keeps its default.
+// Fields unknown to an older caller have their defaults.
 bool ReadOptions(const trammel_tap_options* given, TapOptions& options) {
   trammel_tap_options known = Defaults();
   if (given != nullptr) {
@@ -145,7 +145,7 @@ trammel_tap_status trammel_tap_analyse(const double* time_s, const double* force
                                        void* workspace, std::size_t workspace_bytes,
                                        trammel_tap_result* result) {
   TapOptions own_options;
-  // As far as the first fields, which say what came of it.
+  // Requires the first fields, which contain the outcome.
   constexpr std::size_t kLeastResult = offsetof(trammel_tap_result, point_count);
   if (result == nullptr || result->struct_size < kLeastResult ||
       (samples > 0 && (time_s == nullptr || force_g == nullptr)) ||
@@ -156,7 +156,7 @@ trammel_tap_status trammel_tap_analyse(const double* time_s, const double* force
   if (workspace_bytes < trammel_tap_workspace_bytes(samples)) {
     return TRAMMEL_TAP_SMALL_WORKSPACE;
   }
-  // Nothing in there is meant to throw; a bug must still not unwind through C.
+  // Nothing in it should throw; a bug must still not unwind through C.
   try {
     Workspace own_workspace({static_cast<std::byte*>(workspace), workspace_bytes});
     const TapView tap = {
@@ -181,14 +181,14 @@ const char* trammel_tap_method_name(std::int32_t method) {
 }
 
 const char* trammel_tap_finding_name(std::int32_t code) {
-  // All names are literals, which end in a zero.
+  // All names are zero-terminated literals.
   return code >= 0 && code <= std::numeric_limits<std::uint8_t>::max()
              ? trammel::tap::Name(static_cast<FindingCode>(code)).data()
              : "";
 }
 
 const char* trammel_tap_corner_name(std::int32_t corner) {
-  // All names are literals, which end in a zero.
+  // All names are zero-terminated literals.
   return corner >= 0 && corner <= TRAMMEL_TAP_PULL_BACK_END
              ? trammel::tap::Name(static_cast<Corner>(corner)).data()
              : "";

@@ -1,4 +1,5 @@
-// trammel tap analyze: recorded taps in, the height at which the nozzle lets go of the bed out.
+// trammel tap analyze: computes the height at which the nozzle separates from the bed from recorded
+// taps.
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
@@ -38,7 +39,7 @@ struct AnalyzeTapArguments {
   ReportFiles files;
 };
 
-/// What is told besides the taps, as far as it was wanted.
+/// Optional output besides the taps.
 struct Besides {
   std::optional<TapAdviceRun> advice;
   std::vector<tap::SeriesScatter> comparison;
@@ -73,7 +74,7 @@ std::string TextOf(const TapRun& run, const Besides& besides) {
   return text;
 }
 
-/// Both methods on every tap, or the taps of each file.
+/// Returns both methods on every tap, or the taps of each file.
 std::vector<tap::TapSeries> SeriesOf(const TapRun& run, const AnalyzeTapArguments& arguments,
                                      tap::TapOptions options) {
   std::vector<tap::TapSeries> series;
@@ -97,7 +98,7 @@ std::vector<tap::TapSeries> SeriesOf(const TapRun& run, const AnalyzeTapArgument
   return series;
 }
 
-/// An error that names an option which does not go with the others.
+/// Checks the options' combination; the error names the option.
 Result<void> CheckArguments(const AnalyzeTapArguments& arguments, tap::Method method) {
   if (!(arguments.wanted_um > 0 && arguments.wanted_um <= 1000)) {
     return Fail(
@@ -149,7 +150,7 @@ int RunAnalyze(const AnalyzeTapArguments& arguments) {
   if (auto may = CheckArguments(arguments, options->method); !may) return PrintError(may.error());
   const SlowWork work("analysing the taps");
   const TapRun run = AnalyseFiles(arguments.tap, *options);
-  // A file alone that cannot be read is an error and no measurement.
+  // If no file could be read, the result is an error and no measurement.
   int exit_code = ExitCodeOf(run.taps);
   if (run.taps.size() > run.failed.size()) {
     Besides besides;

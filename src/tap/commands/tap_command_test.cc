@@ -121,7 +121,7 @@ TEST_F(TapCommand, PlotOverwritesNothingUnasked) {
   EXPECT_EQ(ReadWhole(folder_.path() / "p.svg"), "precious");
   EXPECT_EQ(Run("tap plot a.json --out p.svg --force").exit_code, 0);
   EXPECT_THAT(ReadWhole(folder_.path() / "p.svg"), HasSubstr("<svg"));
-  // What a hostile neighbour laid out.
+  // Given a hostile user's links.
   Write("anothers", "precious");
   fs::create_symlink(folder_.path() / "anothers", folder_.path() / "q.svg.part");
   fs::create_symlink(folder_.path() / "anothers", folder_.path() / "r.svg");

@@ -1,4 +1,4 @@
-// The commands below `trammel tap`.
+// Commands below `trammel tap`.
 #pragma once
 
 namespace CLI {
@@ -7,10 +7,10 @@ class App;
 
 namespace trammel::app {
 
-/// Fills the group; each command stores its exit code (app/commands.h).
+/// Adds the commands to the group; each stores its exit code (app/commands.h).
 void AddTapCommands(CLI::App& tap, int& exit_code);
 
-/// Each hangs its command below `parent`.
+/// Each function adds its command below `parent`.
 void AddTapAnalyzeCommand(CLI::App& parent, int& exit_code);
 void AddTapPlotCommand(CLI::App& parent, int& exit_code);
 void AddTapWatchCommand(CLI::App& parent, int& exit_code);

@@ -28,7 +28,7 @@ struct PlotArguments {
   std::string figure;
 };
 
-/// Both methods on every tap. The files have been read.
+/// Runs both methods on every tap. The files have been read.
 std::vector<report::PlottedTap> PlottedOf(const TapRun& run, const tap::TapOptions& options) {
   tap::TapOptions contact = options;
   contact.method = tap::Method::kContact;
@@ -39,7 +39,7 @@ std::vector<report::PlottedTap> PlottedOf(const TapRun& run, const tap::TapOptio
   for (const report::AnalysedTap& tap : run.taps) {
     if (!tap.unread.empty()) continue;
     const tap::TapAnalysis by_contact = AnalyseRecorded(tap.recording, contact, contact_analyser);
-    // The lines are drawn over the same heights.
+    // Both methods are drawn over the same heights.
     two_line.latency_s = by_contact.latency_s;
     tap::TapAnalyser two_line_analyser(two_line);
     plotted.push_back({tap.recording, by_contact,
@@ -58,7 +58,7 @@ report::TapReportInput InputOf(std::span<const report::PlottedTap> taps) {
           std::move(advice.advice)};
 }
 
-/// The picture that is asked for, or the first there is.
+/// Returns the requested picture, or the first one.
 Result<std::string> PictureOf(const report::TapReportInput& input, const std::string& wanted,
                               bool svg) {
   constexpr std::size_t kOneTap = 1;

@@ -57,7 +57,7 @@ Result<tap::TapOptions> TapOptionsOf(const TapArguments& arguments) {
   } else if (arguments.method != tap::ToString(tap::Method::kContact)) {
     return Fail(fmt::format("--method {}: must be contact or two-line", arguments.method));
   }
-  // A converter at 10 samples per second is the slowest there is.
+  // The slowest converters have 10 samples per second.
   constexpr double kMostLatency_ms = 200;
   for (const auto& [option, value, least] :
        {std::tuple{"--latency-ms", arguments.latency_ms.value_or(0), -kMostLatency_ms},

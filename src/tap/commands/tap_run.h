@@ -1,4 +1,4 @@
-// What the tap commands share: which files and how, read and analysed.
+// Shared part of the tap commands: selects, reads and analyses files.
 #pragma once
 
 #include <cstddef>
@@ -32,22 +32,22 @@ struct TapArguments {
 void AddTapOptions(CLI::App& command, TapArguments& arguments);
 /// --latency-ms, --latency-uncertainty-ms and --nozzle-temperature.
 void AddTapMeasuring(CLI::App& command, TapArguments& arguments);
-/// FILE…, at least one.
+/// Adds FILE…, at least one.
 void AddTapFiles(CLI::App& command, TapArguments& arguments);
 
-/// Errors name the option, its value and the bound.
+/// Reads the options. Errors name the option, its value and the bound.
 [[nodiscard]] Result<tap::TapOptions> TapOptionsOf(const TapArguments& arguments);
 
-/// A tap analysed with the temperature that was recorded with it, where one was.
+/// Analyses a tap with its recorded temperature, if there is one.
 [[nodiscard]] tap::TapAnalysis AnalyseRecorded(const tap::Recording& recording,
                                                const tap::TapOptions& options,
                                                tap::TapAnalyser& analyser);
 
-/// Every tap of the files, in their order.
+/// All taps of the files, in their order.
 struct TapRun {
-  std::vector<report::AnalysedTap> taps;  ///< With one for each file that could not be read.
-  std::vector<Error> failed;              ///< Of those files.
-  std::vector<std::size_t> taps_of_file;  ///< How many of `taps` each file has.
+  std::vector<report::AnalysedTap> taps;  ///< one entry even for each unreadable file
+  std::vector<Error> failed;              ///< unreadable files
+  std::vector<std::size_t> taps_of_file;  ///< number of `taps` per file
 };
 [[nodiscard]] TapRun AnalyseFiles(const TapArguments& arguments, const tap::TapOptions& options);
 
@@ -59,7 +59,7 @@ struct TapAdviceRun {
 };
 [[nodiscard]] TapAdviceRun AdviseOn(std::span<const report::AnalysedTap> taps, double wanted_mm);
 
-/// Exit code of what was measured: good where every tap is.
+/// Returns the exit code of the results: good if every tap is.
 [[nodiscard]] int ExitCodeOf(std::span<const report::AnalysedTap> taps);
 
 }  // namespace trammel::app

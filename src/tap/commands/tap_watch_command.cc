@@ -1,4 +1,4 @@
-// trammel tap watch: every tap of a printer as it comes.
+// trammel tap watch: analyses every tap of a printer when it arrives.
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
@@ -31,7 +31,7 @@ struct WatchArguments {
   std::size_t count = 0;
 };
 
-/// The file that taps are added to, with its folder made.
+/// Returns the file that taps are appended to, and makes its folder.
 Result<fs::path> RecordingOf(const std::string& asked_for) {
   const fs::path file =
       asked_for.empty()

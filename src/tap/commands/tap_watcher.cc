@@ -25,19 +25,20 @@ namespace {
 
 using nlohmann::json;
 
-/// Klipper says its own z within milliseconds, status updates come every 0.25 s.
+/// Maximum wait for the printer's result: Klipper reports its own z within milliseconds, status
+/// updates every 0.25 s.
 constexpr double kWaitForFirmware_s = 0.7;
-/// Forces come in batches, so a tap that is built from them comes so long behind its rise at most,
-/// and the printer's own z before the rise.
+/// Maximum delay of a tap behind its rise, and lead of the printer's own z: taps are built from
+/// forces, which arrive in batches.
 constexpr double kLooseZ_s = 2;
 constexpr double kSameZ_mm = 2e-6;
-/// A tap that came so long before the macro began, or asks, is not the one that it means, where
-/// the tap does not tell when it rose.
+/// Maximum age of a tap for the calling macro: an older one is not meant, if its rise time is
+/// unknown.
 constexpr double kFresh_s = 5;
 constexpr std::size_t kMostEvents = 1000;
 constexpr const char* kRiseTime = "x_rise_print_time_s";
 
-/// Of what a macro gave, only what cannot break out of a G-code line.
+/// Filters a macro's ID to the characters that cannot break out of a G-code line.
 std::string PlainId(const json& arguments) {
   std::string id;
   if (!arguments.is_object() || !arguments.contains("id")) return id;
@@ -52,7 +53,7 @@ std::string PlainId(const json& arguments) {
   return id;
 }
 
-// Of two differences the scatter would say next to nothing.
+// A scatter of two differences is nearly meaningless.
 std::string DifferenceText(const std::vector<double>& differences_mm) {
   constexpr std::size_t kLeastForScatter = 3;
   const double mean_mm = Mean(differences_mm);
@@ -66,8 +67,8 @@ std::string DifferenceText(const std::vector<double>& differences_mm) {
          " in the mean " + over;
 }
 
-/// From the halt of a tap that was built of streams to its last sample; 0 of others, whose z comes
-/// behind them.
+/// Returns the time from a stream-built tap's halt to its last sample; 0 for others, whose z
+/// arrives after them.
 double RiseTime(const json& tap) {
   const auto rise_s = machine::Number(tap, kRiseTime);
   if (!rise_s || !tap.contains("time") || tap["time"].empty()) return 0;
@@ -150,7 +151,7 @@ std::optional<TapWatcher::Event> TapWatcher::Next(const std::stop_token& stop) {
 
 bool TapWatcher::Enough() const {
   if (options_.count == 0 || taps_.size() < options_.count || asked_) return false;
-  // A macro asks for the last tap right behind it.
+  // A macro requests the last tap right after it.
   return !options_.answer || !unanswered_s_ ||
          machine::HostNow() >= *unanswered_s_ + options_.answer_within_s;
 }
@@ -204,7 +205,7 @@ void TapWatcher::Take(TapCame& came, machine::TapStream& stream) {
 
 void TapWatcher::Take(const FirmwareZ& firmware) {
   if (!open_) {
-    // The console and the status tell the same result, the console to six decimals.
+    // Console and status report the same result, the console to six decimals.
     const bool again =
         !received_s_.empty() && firmware.received_s - received_s_.back() < kLooseZ_s &&
         std::abs(taps_.back().recording.firmware_z_mm.value_or(1e9) - firmware.z_mm) < kSameZ_mm;
@@ -218,9 +219,9 @@ void TapWatcher::Take(const FirmwareZ& firmware) {
 
 void TapWatcher::Take(const Call& call, machine::TapStream& stream) {
   if (!options_.answer) return;
-  // One macro waits at a time: Klipper runs them one after the other.
+  // Only one macro waits at a time: Klipper runs them in sequence.
   asked_ = call;
-  // By print time it is certain which tap is meant, however long the macro lifted after it.
+  // Print time identifies the tap, however long the macro lifted after it.
   const bool times_tell = std::isfinite(call.since_print_time_s) && last_rise_print_time_s_;
   if (!times_tell && unanswered_s_ && call.received_s - *unanswered_s_ > kFresh_s + call.took_s) {
     unanswered_s_.reset();
@@ -231,7 +232,7 @@ void TapWatcher::Take(const Call& call, machine::TapStream& stream) {
 void TapWatcher::Answer(machine::TapStream& stream, double now_s) {
   if (!asked_) return;
   if (last_rise_print_time_s_ && *last_rise_print_time_s_ < asked_->since_print_time_s) {
-    unanswered_s_.reset();  // of a tap before the macro's own, which is still to come
+    unanswered_s_.reset();  // tap before the macro's own, which is still to come
   }
   if (unanswered_s_ && last_) {
     stream.Send(AnswerScript(*last_, asked_->id));
@@ -282,7 +283,7 @@ void TapWatcher::Keep(const Open& open) {
 
 void TapWatcher::PrintSummary() const {
   std::vector<tap::TapResult> results = ResultsOf(taps_);
-  // Print time begins anew with a restart; ours goes on.
+  // Print time restarts with the printer; ours does not.
   for (std::size_t i = 0; i < results.size(); ++i) results[i].time_s = received_s_[i];
   fmt::print("\n{}", report::EnsembleText(tap::Summarise(results), taps_));
   if (!differences_mm_.empty()) {

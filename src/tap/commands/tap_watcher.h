@@ -1,4 +1,4 @@
-// What happens to taps as they come: analysed, compared, kept, and handed back to a waiting macro.
+// Processing of taps as they arrive: analysed, compared, stored, and returned to a waiting macro.
 #pragma once
 
 #include <condition_variable>
@@ -22,26 +22,26 @@ struct WatchOptions {
   tap::TapOptions tap;
   std::filesystem::path recording;  ///< JSON lines that every tap is added to.
   bool answer = false;              ///< Send each macro that asks its contact.
-  double answer_within_s = 3;       ///< From the macro's call; then it is told that there is none.
+  double answer_within_s = 3;       ///< from the macro's call; then it receives a failure
   std::size_t count = 0;            ///< Ends after so many taps; 0: never.
 };
 
-/// The macro's words that an analysis is handed back with: Z, U, LO and HI only where it is good,
-/// otherwise the reason's name. @param id  as the asking macro gave it; empty: none.
+/// Returns the macro call with the result of an analysis: Z, U, LO and HI only if it is good,
+/// otherwise the reason's name. @param id  of the calling macro; empty: none.
 [[nodiscard]] std::string AnswerScript(const tap::TapAnalysis& analysis, const std::string& id);
-/// The same where no tap came.
+/// Returns the macro call for a missing tap.
 [[nodiscard]] std::string NoTapScript(const std::string& id);
 
-/// Takes events from a TapStream's thread and works on them on its own caller's. Prints every tap
-/// on standard output.
+/// Takes events from a TapStream's thread and processes them on its caller's. Prints every tap on
+/// standard output.
 class TapWatcher {
  public:
   explicit TapWatcher(WatchOptions options);
 
-  /// For OpenTapStream. The watcher must outlive the stream.
+  /// Returns the events for OpenTapStream. The watcher must outlive the stream.
   [[nodiscard]] machine::TapStreamEvents Events();
 
-  /// Until stopped or so many taps came. @returns an exit code.
+  /// Runs until stopped or until the requested number of taps. @returns an exit code.
   [[nodiscard]] int Serve(machine::TapStream& stream, const std::stop_token& stop);
 
  private:
@@ -56,14 +56,14 @@ class TapWatcher {
   struct Call {
     std::string id;
     double since_print_time_s = 0;  ///< the tap that is meant rose after it
-    double took_s = 0;              ///< from then until the macro asked; 0: it does not tell
+    double took_s = 0;              ///< from then to the macro's request; 0: unknown
     double received_s = 0;
   };
   struct News {
     std::string text;
   };
   using Event = std::variant<TapCame, FirmwareZ, Call, News>;
-  /// A tap that may still get the printer's own result.
+  /// Tap that may still receive the printer's own result.
   struct Open {
     nlohmann::json raw;
     report::AnalysedTap tap;
@@ -88,15 +88,15 @@ class TapWatcher {
   std::condition_variable_any came_;
   std::deque<Event> events_;
 
-  // Of Serve's thread.
+  // Used only by Serve's thread.
   std::optional<Open> open_;
   std::optional<FirmwareZ> loose_z_;
   std::optional<Call> asked_;
-  std::optional<double> unanswered_s_;  ///< When the last tap came, where no macro has it yet.
+  std::optional<double> unanswered_s_;  ///< time of the last tap not yet sent to a macro
   std::optional<tap::TapAnalysis> last_;
-  std::optional<double> last_rise_print_time_s_;  ///< where the tap says when it rose
-  std::vector<report::AnalysedTap> taps_;         ///< Without their samples.
-  std::size_t unrecorded_ = 0;                    ///< Of them, for which there was no room.
+  std::optional<double> last_rise_print_time_s_;  ///< if the tap states when it rose
+  std::vector<report::AnalysedTap> taps_;         ///< without samples
+  std::size_t unrecorded_ = 0;                    ///< taps that did not fit
   std::vector<double> received_s_;
   std::vector<double> differences_mm_;  ///< The printer's z minus ours.
 };

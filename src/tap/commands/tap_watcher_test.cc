@@ -92,7 +92,7 @@ TEST_F(TapWatch, TheTapOfBeforeTheMacroIsNotTakenForItsOwn) {
   json before = DrawnTap(-0.5);
   before["x_rise_print_time_s"] = 100.0;
   PushTap(before);
-  Push("trammel_tap", {{"since", 101.5}});  // its own tap is still being put together
+  Push("trammel_tap", {{"since", 101.5}});  // its own tap is not complete yet
   json own = DrawnTap(-0.01);
   own["x_rise_print_time_s"] = 102.0;
   PushTap(own);

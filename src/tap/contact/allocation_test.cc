@@ -13,7 +13,7 @@ namespace {
 std::atomic<long> allocations{0};
 }  // namespace
 
-#ifndef TRAMMEL_SANITIZED  // which has operators of its own
+#ifndef TRAMMEL_SANITIZED  // it has its own operators
 namespace {
 void* Count(std::size_t size) {
   ++allocations;
@@ -42,7 +42,7 @@ class Allocation : public testing::TestWithParam<Method> {};
 
 TEST_P(Allocation, NothingIsAllocatedAfterTheFirstTap) {
   if (trammel::test::kSanitized) GTEST_SKIP() << "a sanitizer's operators count nothing";
-  // With all that makes the fit go its longer ways.
+  // Includes everything that makes the fit take its longer paths.
   const test::PressWorld worlds[] = {{},
                                      {.hum_g = 8},
                                      {.outlier_share = 0.01},

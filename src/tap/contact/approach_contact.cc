@@ -10,12 +10,12 @@
 namespace trammel::tap {
 namespace {
 
-// Above the halt, in presses (from the halt up to the break), that is looked at.
+// Height above the halt that is used, in presses (from the halt up to the break).
 constexpr double kPresses = 4;
 constexpr std::size_t kLeastPressed = 3;  // samples between collision and halt
 constexpr std::size_t kLeastFree = 5;
-// What the two may differ by: backlash and stretch of a printer's Z drive that a healthy tap shows
-// (the recorded ones stay below 8 um), and four samples' distance at the approach's speed.
+// Permitted difference of both contacts: backlash and stretch of a Z drive, and four samples'
+// distance at the approach's speed. Recorded healthy taps are below 8 um.
 constexpr double kUsual_mm = 0.02;
 constexpr double kSamplesApart = 4;
 

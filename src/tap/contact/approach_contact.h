@@ -1,4 +1,4 @@
-// The check from the other side: where the approach met the bed.
+// Checks the contact by the approach: where it met the bed.
 #pragma once
 
 #include "tap/samples/corruption.h"
@@ -9,8 +9,8 @@
 namespace trammel::tap {
 
 /// Compares the collision on the approach with the break in `result`, as far as the approach was
-/// recorded, and adds a notice where they contradict each other. The approach is several times
-/// faster and noisier, so that it can only be a check.
+/// recorded. Adds a notice if they contradict each other. The approach is several times faster and
+/// noisier, so it can only be a check.
 void CheckApproach(const CleanTap& clean, const TapMotion& motion, const TapOptions& options,
                    Workspace& workspace, TapAnalysis& result);
 

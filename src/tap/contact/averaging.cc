@@ -11,15 +11,15 @@ namespace {
 constexpr std::size_t kMostOrder = 4;  // HX711 and ADS131 have 4 and 3
 constexpr double kLeastFall = 8;       // deviations of the noise, from sample to sample
 constexpr std::size_t kPasses = 3;     // of averaging and fit, until they agree
-// By which an order may explain the samples worse than the best one, in variances of the noise:
-// 95 % quantile of chi-squared.
+// Largest cost of an order above the best one's, in variances of the noise: 95 % quantile of
+// chi-squared.
 constexpr double kReach = 3.84;
-// Prices in the same unit: of averaging, and of a kink.
+// Penalties in the same unit: of averaging, and of a kink.
 constexpr double kAveraging = 1;
 constexpr double kKink = 5;
 
-// Weights of a sinc filter at parts of the sampling interval, which are so far apart that the
-// variance of each average is that of a continuous one.
+// Weights of a sinc filter at parts of the sampling interval, spaced so that the variance of each
+// average is that of a continuous one.
 constexpr std::size_t kParts = 4;
 constexpr double kPartsPerInterval = 3.872983;  // sqrt(kParts^2 - 1)
 constexpr std::size_t TapsOf(std::size_t order) { return order * (kParts - 1) + 1; }
@@ -42,7 +42,7 @@ constexpr Weights WeightsOf(std::size_t order) {
 constexpr std::array<Weights, kMostOrder + 1> kWeights = {WeightsOf(0), WeightsOf(1), WeightsOf(2),
                                                           WeightsOf(3), WeightsOf(4)};
 
-// The most flexible of the smooth presses at the answer: what averaging leaves must not be taken
+// Returns the most flexible smooth press at the estimate: the rest of averaging must not be taken
 // for a kink of the press.
 PressShape SmoothShape(const CruiseFit& fit) {
   PressShape shape;
@@ -51,14 +51,14 @@ PressShape SmoothShape(const CruiseFit& fit) {
   return shape;
 }
 
-// The least sum of squares; kinks at a price.
+// Returns the lowest sum of squares; kinks have a penalty.
 double CostOf(const Candidates& candidates, double kink) {
   const auto& model = candidates.model;
   return std::min({model[kQuadratic].sum_squares, model[kCubic].sum_squares,
                    model[kPower].sum_squares, model[kTwoZones].sum_squares + kink});
 }
 
-/// The samples of a stretch as averaging of an order would have found them.
+/// Samples of a stretch as averaging of an order would have measured them.
 class Averaging {
  public:
   Averaging(const CleanTap& clean, const TapMotion& motion, double latency_s,
@@ -71,7 +71,7 @@ class Averaging {
     std::copy(stretch.force.begin(), stretch.force.end(), given.begin());
   }
 
-  // Takes off what averaging adds to a press.
+  // Subtracts the effect of averaging on a press.
   void TakeOut(std::size_t order, const PressShape& shape) {
     for (std::size_t i = 0; i < given_.size(); ++i) {
       stretch_.force[i] = given_[i] - Added(order, shape, i);
@@ -100,7 +100,7 @@ class Averaging {
 struct Order {
   PressShape shape;
   double cost = kNever;
-  /// By which a break that is off moves the rounding that is taken off, and so the next break.
+  /// Shift of the removed rounding, and so of the next break, per error of the break.
   double follows = 0;
 };
 using Orders = std::array<Order, kMostOrder + 1>;
@@ -111,7 +111,7 @@ std::size_t Best(const Orders& orders) {
   return static_cast<std::size_t>(least - orders.begin());
 }
 
-// Takes averaging of an order out and fits anew until both agree, from an attempt on.
+// Removes averaging of an order and fits anew until both agree, starting from an attempt.
 Order Try(std::size_t number, Averaging& averaging, PressStretch& stretch, CruiseFit& attempt,
           Workspace& workspace) {
   constexpr double kMostFollowed = 0.5;
@@ -153,7 +153,7 @@ AveragedBreaks FitAveraging(const CleanTap& clean, const TapMotion& motion,
   double unit = fit.estimate.candidates.noise_variance;
   orders[0] = {SmoothShape(fit), CostOf(fit.estimate.candidates, kKink * unit)};
   CruiseFit attempt = fit;
-  // Without the kink, which may be made of averaging of a higher order than the next.
+  // Cost without the kink, which may come from averaging of a higher order than the next.
   double smooth = CostOf(fit.estimate.candidates, kNever);
   for (std::size_t order = 1; order <= kMostOrder && attempt.Found(); ++order) {
     orders[order] = Try(order, averaging, stretch, attempt, workspace);
@@ -166,7 +166,8 @@ AveragedBreaks FitAveraging(const CleanTap& clean, const TapMotion& motion,
     smooth = std::min(smooth, orders[order].cost);
   }
   const std::size_t best = Best(orders);
-  // A toe may look like averaging: its kink keeps the sharp press in question at no price.
+  // A toe may look like averaging: with its kink the sharp press remains a candidate without
+  // penalty.
   orders[0].cost =
       std::min(orders[0].cost, std::max(orders[best].cost, CostOf(fit.estimate.candidates, 0)));
   for (std::size_t order = 0; order <= kMostOrder; ++order) {
@@ -177,7 +178,7 @@ AveragedBreaks FitAveraging(const CleanTap& clean, const TapMotion& motion,
     averaging.TakeOut(order, orders[order].shape);
     const BreakEstimate e = FitStretch(stretch, {}, workspace).estimate;
     if (e.outcome == BreakEstimate::Outcome::kFound) {
-      // A likelihood that starts lower falls out of reach the earlier.
+      // A lower maximum of the likelihood drops out of reach sooner.
       breaks.lo_mm = std::min(breaks.lo_mm, stretch.Z(e.t - std::sqrt(left) * (e.t - e.lo)));
       breaks.hi_mm = std::max(breaks.hi_mm, stretch.Z(e.t + std::sqrt(left) * (e.hi - e.t)));
     }

@@ -12,13 +12,13 @@
 namespace trammel::tap {
 namespace {
 
-// What a model's answer costs as the point, in variances of the noise: answers that scatter more
-// must explain the samples much better.
+// Costs of a model's answer as the point, in variances of the noise: answers with more scatter must
+// explain the samples much better.
 constexpr double kLinearPoint = -3;  // one coefficient less: Akaike's 2, and the common press
 constexpr double kCubicPoint = 8;
 constexpr double kPowerPoint = 8;
 constexpr double kZonesPoint = 20;
-constexpr double kZonesShape = 16;  // as the form that is taken out of the residuals
+constexpr double kZonesShape = 16;  // like the form subtracted from the residuals
 
 double Average(const Candidates& candidates, std::size_t& order) {
   constexpr std::array<double, kModels> kPenalty = {kLinearPoint, 0, kCubicPoint, kPowerPoint,
@@ -42,8 +42,8 @@ double Average(const Candidates& candidates, std::size_t& order) {
   return sum_t / sum;
 }
 
-// The cubic press at the answer, the most flexible of the smooth ones, unless another one explains
-// the samples better: its residuals hold the most noise and the least of the form.
+// Returns the cubic press at the estimate, the most flexible smooth one, unless another one
+// explains the samples better: its residuals contain the most noise and the least misfit.
 PressShape BestShape(const PressProfile& profile, const Candidates& candidates, double t) {
   const double cubic = SumSquares(profile.Evaluate(t), kCubic);
   const double power = candidates.model[kPower].sum_squares;

@@ -6,42 +6,42 @@
 namespace trammel::tap {
 namespace {
 
-// Added to the sum of squares in units of the noise variance; relative to the quadratic press.
-// Tuned on 1000 taps each of linear, stiffening, softening, d^1.25, d^1.5 and cubic presses at 1 to
-// 8 gf and 80 to 2000 samples/s so that intervals cover 95 to 97 % where the press is linear or
-// quadratic and at least 90 % elsewhere; the results change little between half and twice these.
+// Penalties, added to the sum of squares in units of the noise variance; relative to the quadratic
+// press. Tuned on 1000 taps each of linear, stiffening, softening, d^1.25, d^1.5 and cubic presses
+// at 1 to 8 gf and 80 to 2000 samples/s: intervals cover 95 to 97 % if the press is linear or
+// quadratic and at least 90 % elsewhere. The results change little between half and twice these.
 constexpr double kCubic1 = 0.5;    // one coefficient more
-constexpr double kHertz = -1;      // as many, and physics is on its side
+constexpr double kHertz = -1;      // same number; supported by contact physics
 constexpr double kYielding = 0.5;  // a power below 1: something yields under the nozzle
-// A kink anywhere, of any size; less where the press bends and starts flat, as a toe makes it, and
-// nothing where smooth presses show a toe.
+// Penalty of a kink anywhere, of any size; less if the press bends and starts flat, as with a toe,
+// and none if smooth presses show a toe.
 constexpr double kZones = 6.1;
 constexpr double kZonesOfFlat = 1;
-// What smooth neighbours cost beside the press in two zones, which looks like them while it is
-// narrow or soft.
+// Costs of smooth neighbours beside the press in two zones, which resembles them while narrow or
+// soft.
 constexpr double kCubicBeside = 1;
 constexpr double kPowerBeside = 0.5;
-// By which a neighbour may beat the quadratic press before the interval of the latter shrinks.
+// Amount by which a neighbour may beat the quadratic press before the latter's interval shrinks.
 constexpr double kCredit = 1.5;
-// Where another form explains the samples much better than the quadratic press, the true one
-// differs from both, and remains so far from it: this share of the gain, beyond what noise makes of
-// it and up to a limit.
+// Misfit allowance, if another form explains the samples much better than the quadratic press. The
+// true form is about as far from the other: this share of the gain beyond the noise's, up to a
+// limit.
 constexpr double kMisfit = 0.15;
 constexpr double kExplainedByNoise = 5;
 constexpr double kMostExplained = 12;
-// By which correlation may raise the variance of means before the noise is white no more.
+// Limit of the variance factor of means by correlation, up to which noise counts as white.
 constexpr double kWhite = 1.2;
-// Where the outer zone is so much softer, both readings are of interest: where the nozzle lets go,
-// and where an eye sees the press itself end.
+// Slope ratio of an outer zone so much softer that both readings matter: where the nozzle lets go,
+// and where the press visibly ends.
 constexpr double kElbow = 0.6;
 
-// A soft zone that starts flat, as a parabola, ends farther out than the straight line that goes
-// best with it, by so much of the latter's width where it is much softer than the inner zone, and
-// less where it is not: plastic that thins out.
+// Outward shift of the end of a soft zone that starts flat, as a parabola, from the end of its best
+// straight line, in widths of the latter. Applies if the zone is much softer than the inner one;
+// less otherwise: plastic that thins out.
 constexpr double kFlatEnd = 0.8;
-// Twice the interval's reach: a break that two zones explain so many variances worse than is
-// allowed ends the search on its side. Of two sets of 31,000 virtual taps 1 and 7 have a part of
-// the interval behind it, and of one the contact.
+// Twice the interval's reach: a break that two zones explain worse by this many variances than
+// allowed ends the search on its side. Of two sets of 31,000 virtual taps, 1 and 7 have a part of
+// the interval beyond it, and one the contact.
 constexpr double kBarrier = 8;
 
 double ZonesPenalty(const Candidates& candidates) {
@@ -65,7 +65,7 @@ BreakInterval::BreakInterval(const PressProfile& profile, const Candidates& cand
   const double zones = candidates.Cost(kTwoZones);
   const double neighbours =
       std::min({cubic + kCubic1, power + power_penalty_, zones + zones_penalty_});
-  // Where the noise is not white, what looks like a form may be the noise's.
+  // If the noise is not white, an apparent form may be noise.
   const bool white = candidates.variance <= kWhite * candidates.noise_variance;
   if (white) {
     const double explained = quadratic - std::min({cubic, power, zones}) - kExplainedByNoise;
@@ -97,7 +97,7 @@ bool BreakInterval::Find(Scan scan) {
   return lo_ <= hi_;
 }
 
-// The minima of polynomial presses that belong to the interval.
+// Adds the minima of polynomial presses that belong to the interval.
 void BreakInterval::Seed() {
   if (candidates_.Cost(kQuadratic) <= quadratic_) {
     lo_ = hi_ = candidates_.model[kQuadratic].t;
@@ -108,7 +108,7 @@ void BreakInterval::Seed() {
   }
 }
 
-// Positive inside, by the polynomial press that gives most room.
+// Returns the margin, positive inside, by the polynomial press with the most.
 double BreakInterval::Margin(const PressProfile::At& at) const {
   const double quadratic = quadratic_ * candidates_.variance - SumSquares(at, kQuadratic);
   const bool ask_cubic = candidates_.model[kCubic].sum_squares < kNever && candidates_.Near(at.t);
@@ -118,8 +118,8 @@ double BreakInterval::Margin(const PressProfile::At& at) const {
 }
 
 double BreakInterval::ZonesMargin(const ZonesMode& mode, double t) const {
-  // So far out that the price alone is too high, unless they explained the samples much better
-  // there than where they do best.
+  // Rejects breaks so far out that the penalty alone is too high, unless the zones explained the
+  // samples much better there than at their best.
   constexpr double kBetter = 3;
   const ZonesPrice& price = candidates_.price;
   const double allowed = (zones_ - zones_penalty_) * candidates_.variance;
@@ -133,7 +133,7 @@ bool BreakInterval::Holds(const ZonesMode& mode) const {
   return left >= 0 || (left + candidates_.price.stiff >= 0 && ZonesMargin(mode, mode.least.t) >= 0);
 }
 
-// Looks from the ends of the scan inwards for the outermost points that hold.
+// Searches from the ends of the scan inwards for the outermost valid points.
 BreakInterval::Part BreakInterval::PolynomialPart(Scan scan) const {
   Part part = {0, scan.size()};
   while (part.first < scan.size() && scan[part.first].t < lo_ && !(Margin(scan[part.first]) >= 0)) {
@@ -145,7 +145,7 @@ BreakInterval::Part BreakInterval::PolynomialPart(Scan scan) const {
   return part;
 }
 
-// Looks outwards from what the interval holds already, for two zones cost more to fit.
+// Searches outwards from the present interval, as two zones cost more to fit.
 BreakInterval::Part BreakInterval::ZonesPart(Scan scan, const ZonesMode& mode, double from,
                                              double to) const {
   const double least = -kBarrier * candidates_.variance;
@@ -174,9 +174,9 @@ BreakInterval::Part BreakInterval::ZonesPart(Scan scan, const ZonesMode& mode, d
   return part;
 }
 
-// From the outermost point of the scan that holds, or from the minimum, to the next that does not.
+// Searches from the scan's outermost accepted point, or from the minimum, to the next rejected one.
 bool BreakInterval::Search(Scan scan, const ZonesMode* zones) {
-  // Asked twice of a place where the search for a border sets out.
+  // Evaluated twice at the start of the search for a border.
   double last_t = kNever;
   double last_margin = 0;
   const auto margin = [&](double t) {
@@ -194,7 +194,7 @@ bool BreakInterval::Search(Scan scan, const ZonesMode* zones) {
   if (first == 0 || last == scan.size()) {
     return false;
   }
-  // Neither loop passes a minimum: where no point holds, the neighbours of the minima are left.
+  // Neither loop passes a minimum: if no point is valid, the neighbours of the minima remain.
   lo = std::min(lo, scan[std::min(first, scan.size() - 1)].t);
   hi = std::max(hi, scan[last - 1].t);
   const double scale = BreakScale(scan[first], profile_.Below(scan[first].t), candidates_.variance);

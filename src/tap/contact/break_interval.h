@@ -1,17 +1,17 @@
-// The 95 % interval of the break: what any of the models leaves open.
+// Computes the 95 % interval of the break over all models.
 #pragma once
 
 #include "tap/contact/break_models.h"
 
 namespace trammel::tap {
 
-/// The break points that a model explains well enough, from the lowest to the highest.
+/// Range of the break points that a model explains well enough.
 class BreakInterval {
  public:
   /// @param reach  The square of the quantile: units of the variance above the least.
   BreakInterval(const PressProfile& profile, const Candidates& candidates, double reach);
 
-  /// False where it runs into the edge of the scan.
+  /// Finds the interval; false if it reaches the edge of the scan.
   [[nodiscard]] bool Find(Scan scan);
   [[nodiscard]] double lo() const { return lo_; }
   [[nodiscard]] double hi() const { return hi_; }
@@ -21,7 +21,7 @@ class BreakInterval {
   [[nodiscard]] double Margin(const PressProfile::At& at) const;
   [[nodiscard]] double ZonesMargin(const ZonesMode& mode, double t) const;
   [[nodiscard]] bool Holds(const ZonesMode& mode) const;
-  // Points of a scan, from the first to before the last.
+  // Points [first, last) of a scan.
   struct Part {
     std::size_t first;
     std::size_t last;
@@ -36,9 +36,9 @@ class BreakInterval {
   const Candidates& candidates_;
   double power_penalty_ = 0;
   double zones_penalty_ = 0;
-  double level_ = 0;      // of the neighbours, in variances
-  double quadratic_ = 0;  // of the quadratic press
-  double zones_ = 0;      // of the press in two zones
+  double level_ = 0;      // neighbours' level, in variances
+  double quadratic_ = 0;  // quadratic press
+  double zones_ = 0;      // two-zone press
   double lo_ = kNever;
   double hi_ = -kNever;
 };

@@ -5,32 +5,31 @@
 namespace trammel::tap {
 namespace {
 
-constexpr double kUnknowns = 5;       // of the quadratic press, with the break
+constexpr double kUnknowns = 5;       // quadratic press, including the break
 constexpr double kZonesUnknowns = 2;  // of the press in two zones beyond these
-// Prices of the press in two zones, in variances of the noise.
+// Penalties of the press in two zones, in variances of the noise.
 constexpr double kZonesCurve = 1.5;
 constexpr double kZonesFar = 10;
 constexpr double kZonesFarOfBent = 3;  // where the smooth presses show that something bends
-// Less of the price of a kink, in variances of the noise, where the outer zone has half of the
-// inner one's slope or more; nothing where it has less than the other share, or is stiffer.
+// Reduction of a kink's penalty, in variances of the noise, if the outer zone has at least half of
+// the inner one's slope; none if it has less than the other share, or is stiffer.
 constexpr double kStiff = 1.5;
 constexpr double kStiffRatio = 0.5;
 constexpr double kSoftRatio = 0.35;
-// Of the press's depth, by which a neighbour's answer may differ. Noise-free d^1.25 to d^1.5 and
-// cubic presses differ by 0.03 to 0.08; farther off lies what a kink in the noise pretends.
+// Largest shift of a neighbour's answer, in parts of the press's depth. Noise-free d^1.25 to d^1.5
+// and cubic presses differ by 0.03 to 0.08; larger shifts come from a kink in the noise.
 constexpr double kMostShift = 0.3;
-// Of the press's mean slope, below which the cubic press starts flat: it would rather pull.
+// Slope below which the cubic press starts flat, per the mean slope: it would rather pull.
 constexpr double kFlatStart = 0.25;
-// By which the cubic press must explain the samples better than the quadratic one, in variances of
-// the noise, to show that the press bends; where it starts flat and explains them so much better
-// than the power law, too, it shows a toe.
+// Gain of the cubic press over the quadratic one, in variances of the noise, that proves a bend. If
+// it starts flat and beats the power law as much, it proves a toe.
 constexpr double kBends = 6;
 
-// Looks thoroughly, for a press that bends: zones of every width, sharp kinks and rounded ones, at
-// breaks farther and farther beyond the smooth one. The guess where none is better.
+// Searches thoroughly, for a press that bends: zones of every width, sharp and rounded kinks, at
+// breaks farther and farther beyond the smooth one. Returns the guess if none is better.
 TwoZonePress LookBeyond(const PressProfile& profile, double last_t, TwoZonePress guess,
                         const ZonesPrice& price) {
-  constexpr std::array<double, 5> kBeyond = {0.05, 0.1, 0.17, 0.26, 0.38};  // of the depth
+  constexpr std::array<double, 5> kBeyond = {0.05, 0.1, 0.17, 0.26, 0.38};  // relative to depth
   constexpr std::array<double, 2> kTried = {0, 0.6};
   for (const double beyond : kBeyond) {
     const double t = price.smooth_t * (1 + beyond);
@@ -42,8 +41,8 @@ TwoZonePress LookBeyond(const PressProfile& profile, double last_t, TwoZonePress
   return guess;
 }
 
-// Finds the best break of the press in two zones next to a start, where a quick look promises
-// anything or smooth presses show a toe. `least` is that of the smooth presses.
+// Finds the best break of the press in two zones next to a start, if a quick search is promising or
+// smooth presses show a toe. `least` is the minimum of the smooth presses.
 void FindZones(const PressProfile& profile, Scan scan, ZonesStart start, double least,
                Candidates& found) {
   const double unit = least / found.freedom;
@@ -54,11 +53,11 @@ void FindZones(const PressProfile& profile, Scan scan, ZonesStart start, double 
   if (!(found.price.Cost(guess) < least || (found.toe && guess.found))) {
     return;
   }
-  // The rounding that explains the samples best at the guess is followed along the break.
+  // The best rounding at the guess is retained along the break.
   const auto fit = [&](double t, double near_s, std::size_t rounding) {
     return FitTwoZones(profile, OuterZone(profile, t), near_s, kRoundings[rounding]);
   };
-  // More and more of it, as long as that explains them better.
+  // Increases the rounding as long as that improves the fit.
   ZonesMode mode;
   double least_at_guess = kNever;
   mode.kinks.s.fill(guess.s);
@@ -90,7 +89,7 @@ void FindZones(const PressProfile& profile, Scan scan, ZonesStart start, double 
   const PressProfile::At near = profile.Evaluate(guess.t, below);
   const double scale = BreakScale(near, below, unit);
   const Minimum middle = {guess.t, least_at_guess};
-  // Outwards until it costs more; beyond the scan there is nothing.
+  // Outwards until the cost rises; nothing is beyond the scan.
   std::array<Minimum, 2> sides;
   constexpr std::array<double, 2> kWays = {-1, 1};
   for (std::size_t side = 0; side < sides.size(); ++side) {
@@ -108,8 +107,7 @@ void FindZones(const PressProfile& profile, Scan scan, ZonesStart start, double 
   if (!found.toe && mode.least.sum_squares > least) {
     return;
   }
-  // With this kink as a start, the interval finds no less of a likelihood at its middle than the
-  // search did.
+  // Starting at this kink, the interval's likelihood at its middle is no less than the search's.
   if (best.t != mode.least.t) {
     best = fit(mode.least.t, guess.s, followed);
   }
@@ -155,7 +153,7 @@ double ZonesPrice::Margin(const PressProfile& profile, double t, const Kinks& ne
     return of_press;
   };
   const double of_best = cost(near.best);
-  // To less and to more rounding, as far as each explains the samples better than the one before.
+  // Tries less and more rounding, while each explains the samples better than the one before.
   for (const int way : {-1, 1}) {
     double last = of_best;
     for (std::size_t k = near.best + way; margin < 0 && k < kRoundings.size(); k += way) {
@@ -171,14 +169,13 @@ double ZonesPrice::Margin(const PressProfile& profile, double t, const Kinks& ne
 
 double Candidates::OuterRatio() const {
   constexpr double kMuch = 10;  // of twice the logarithm of the likelihoods' ratio
-  // Of the force in the outer zone: a kink deeper down may be that of a drive that catches up, but
-  // for one that is too sharp for it.
+  // Part of the force in the outer zone. A kink farther down may be a drive that catches up, unless
+  // it is too sharp for that.
   constexpr double kAtStart = 0.4;
   constexpr double kAtStartOfSoft = 0.8;
   const double smooth = std::min({Cost(kQuadratic), Cost(kCubic), Cost(kPower)});
   const double kinked = price.Cost(zones) / variance;
-  // The noise's variance is known from the samples only, and their number is that of independent
-  // ones.
+  // Only the samples determine the noise's variance, and their number is that of independent ones.
   const double independent = freedom * noise_variance / variance;
   if (!zones.found || !(independent * std::log(smooth / kinked) > kMuch)) {
     return 1;
@@ -235,7 +232,7 @@ Candidates FindCandidates(const PressProfile& profile, Scan scan, double inflati
     found.least =
         std::min(smooth, found.model[kTwoZones].sum_squares * freedom / (freedom - kZonesUnknowns));
   }
-  // Noise-free samples leave rounding only; the floor keeps quotients finite.
+  // Residuals of noise-free samples are rounding only; the floor keeps quotients finite.
   const double floor = 1e-24 * profile.Totals()[5] / freedom;
   found.noise_variance = std::max(found.least / freedom, floor);
   found.variance = inflation * found.noise_variance;

@@ -6,11 +6,11 @@
 namespace trammel::tap {
 namespace {
 
-// Samples on either side of any break point that is looked at: the press has three unknowns.
+// Minimum samples on either side of a break point: the press has three unknowns.
 constexpr std::size_t kLeastBelow = 5;
 constexpr std::size_t kLeastAbove = 4;
-constexpr double kUnknowns = 5;     // of the quadratic press, with the break
-constexpr double kRounding = 1e-9;  // of the stretch: sums of squares tell no less
+constexpr double kUnknowns = 5;     // quadratic press, including the break
+constexpr double kRounding = 1e-9;  // of the stretch: resolution of the sums of squares
 
 // Brent's state: x the best point, w the second best, v the one before.
 struct Brent {
@@ -21,13 +21,13 @@ struct Brent {
   double before = 0;
   bool by_parabola = false;  // the last one
 
-  // Whether the parabola through the three has its least at the best point: no other is worth it.
+  // True if the parabola through the three has its minimum at the best point: no other trial pays.
   [[nodiscard]] bool AtVertex(double tolerance) const {
     constexpr double kNearVertex = 0.3;
     return by_parabola && std::abs(step) < kNearVertex * tolerance;
   }
 
-  // By a parabola through the three where it is to be trusted, by the golden section otherwise.
+  // Computes the next trial by a parabola through the three if reliable, else by golden section.
   [[nodiscard]] double Next(double tolerance) {
     constexpr double kGolden = 0.381966;
     const double r = (x.t - w.t) * (x.sum_squares - v.sum_squares);
@@ -137,7 +137,7 @@ Minimum FindMinimum(const Minimum& left, const Minimum& middle, const Minimum& r
       break;
     }
     const double t = brent.Next(tolerance);
-    // Brent's own end asks for a point on either side besides.
+    // Brent's own criterion also requires a point on either side.
     constexpr int kLeastSteps = 2;
     if (step >= kLeastSteps && brent.AtVertex(tolerance)) {
       break;

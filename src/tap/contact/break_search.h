@@ -1,5 +1,5 @@
-// The search along the break point: where a press explains the samples best, and how far from there
-// it still explains them well enough.
+// Searches along the break point: for the press that explains the samples best, and for the
+// distance up to which it explains them well enough.
 #pragma once
 
 #include <cmath>
@@ -14,8 +14,8 @@ namespace trammel::tap {
 
 inline constexpr double kNever = std::numeric_limits<double>::infinity();
 
-/// The sum of squares of a polynomial press (0 straight, 1 quadratic, 2 cubic); kNever where it
-/// would start with a pull, which is no press.
+/// Returns the sum of squares of a polynomial press (0 straight, 1 quadratic, 2 cubic); kNever if
+/// it would start with a pull, which is no press.
 [[nodiscard]] inline double SumSquares(const PressProfile::At& at, std::size_t model) {
   return at.start_slope[model] >= 0 ? at.sum_squares[model] : kNever;
 }
@@ -25,7 +25,7 @@ inline constexpr double kNever = std::numeric_limits<double>::infinity();
 using Scan = std::span<PressProfile::At>;
 [[nodiscard]] Scan ScanSamples(const PressProfile& profile, Workspace& workspace);
 
-/// Of the break's standard deviation, to which minima and borders are searched.
+/// Search tolerance of minima and borders, in standard deviations of the break.
 inline constexpr double kEnoughOfScale = 0.01;
 
 struct Minimum {
@@ -33,14 +33,14 @@ struct Minimum {
   double sum_squares = kNever;
 };
 
-/// The least of a scan, then between its neighbours by Brent's method (1973, chapter 5), to a
-/// hundredth of the break's standard deviation: noise and slope set the tolerance, not the scan.
+/// Finds the minimum of a scan, then between its neighbours by Brent's method (1973, chapter 5), to
+/// a hundredth of the break's standard deviation: noise and slope set the tolerance, not the scan.
 [[nodiscard]] Minimum FindMinimum(const PressProfile& profile, Scan scan, std::size_t model);
 
-/// The place of a scan's least.
+/// Returns the index of a scan's minimum.
 [[nodiscard]] std::size_t FindLeast(Scan scan, std::size_t model);
 
-/// A function of the break point that outlives the call it is given to.
+/// Reference to a function of the break point, which must outlive the call.
 class OfBreak {
  public:
   template <class Function>
@@ -54,19 +54,18 @@ class OfBreak {
   double (*call_)(const void*, double);
 };
 
-/// Brent's method between two points that lie higher than `middle`, or where there is nothing.
+/// Minimises by Brent's method between two points that are higher than `middle`, or undefined.
 /// @param of         Sum of squares at a break point.
-/// @param tolerance  From the least sum of squares so far.
+/// @param tolerance  From the lowest sum of squares so far.
 [[nodiscard]] Minimum FindMinimum(const Minimum& left, const Minimum& middle, const Minimum& right,
                                   OfBreak of, OfBreak tolerance);
 
-/// Standard deviation of the break at the end of a straight press of that slope, for noise of this
-/// variance: the scale of every tolerance.
+/// Computes the standard deviation of the break at the end of a straight press of that slope, for
+/// noise of this variance: the scale of every tolerance.
 [[nodiscard]] double BreakScale(const PressProfile::At& at, std::size_t below, double variance);
 
-/// Where a margin that is positive at `inside` falls through 0 on the way to `limit`, where it is
-/// negative. Steps out from the inside by `scale` and more, then false position (Illinois) to a
-/// hundredth of the scale.
+/// Finds where a margin, positive at `inside` and negative at `limit`, falls through 0. Steps out
+/// from the inside by `scale` and more, then false position (Illinois) to a hundredth of the scale.
 template <class Margin>
 [[nodiscard]] double FindBorder(double inside, double limit, double scale, const Margin& margin) {
   constexpr int kMostSteps = 60;

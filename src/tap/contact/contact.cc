@@ -12,11 +12,11 @@
 namespace trammel::tap {
 namespace {
 
-constexpr double kLeastStandOut = 5;  // of the press's force over the noise of one sample
-constexpr double kLeastLeft = 0.2;    // of the force at rest, at the cruise's start
+constexpr double kLeastStandOut = 5;  // press force over the noise of one sample
+constexpr double kLeastLeft = 0.2;    // of the force at rest, remaining at the cruise's start
 constexpr double kVague_mm = 0.012;   // a break that is not known to this is of no use
-// A sheet that lies hollow, a toe of plastic: the readings of its end and of the bed's are so far
-// apart, and it starts with less than so much of the slope below the kink.
+// Limits of a hollow sheet or a toe of plastic: maximum distance between the readings of its end
+// and of the bed's, and maximum ratio of its initial slope to that below the kink.
 constexpr double kMostApart_mm = 0.012;
 constexpr double kLeastSlope = 0.4;
 
@@ -64,7 +64,7 @@ void Report(const CleanTap& clean, const PressStretch& stretch, const CruiseFit&
   result.reason = {};
 }
 
-// Corners of the curve that the fit knows of, in order of time.
+// Adds the corners of the curve that the fit determines, in order of time.
 void AddPoints(const TapMotion& motion, const TapOptions& options, TapAnalysis& result) {
   const FittedForce& force = result.force;
   const auto at = [&](Corner corner, double z_mm) {
@@ -95,7 +95,7 @@ Finding WhyNot(const CruiseFit& fit, std::size_t samples) {
   }
 }
 
-// The fit of the cruise for one latency; where there is none, the reason is in the result.
+// Fits the cruise for one latency; if that fails, the result has the reason.
 CruiseFit ReadBreak(const CleanTap& clean, const TapMotion& motion, const TapOptions& options,
                     PressStretch& stretch, Workspace& workspace, TapAnalysis& result) {
   result.verdict = Verdict::kCannotTell;
@@ -115,8 +115,8 @@ CruiseFit ReadBreak(const CleanTap& clean, const TapMotion& motion, const TapOpt
   const double t = fit.estimate.t;
   const auto& c = fit.coefficients.c;
   const double added_g = t * (c[0] + t * (c[1] + t * c[2]));
-  // A press makes the force fall. Where a steep baseline makes up for it, noise was fitted; where
-  // little is left of the force at rest, the nozzle let go before the cruise.
+  // A press makes the force fall. If a steep baseline compensates that, noise was fitted; if little
+  // of the force at rest is left, the nozzle separated before the cruise.
   const double press_g = std::min(added_g, added_g - t * fit.coefficients.b);
   const double rest_g = std::abs(clean.dwell_g - clean.departure_g);
   const double least_g =

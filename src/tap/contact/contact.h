@@ -1,4 +1,4 @@
-// The better contact: one continuous model of force against z around the break.
+// Method contact: one continuous model of force against z around the break.
 #pragma once
 
 #include <cstddef>
@@ -10,7 +10,7 @@
 
 namespace trammel::tap {
 
-/// Bytes that AnalyseContact takes from its workspace at most.
+/// Returns the maximum workspace of AnalyseContact, bytes.
 [[nodiscard]] std::size_t ContactWorkspaceBytes(std::size_t samples);
 
 /// Model, in the height z that the moves say for the time at which a force acted (its sample's time

@@ -1,5 +1,5 @@
-// The interval of a contact height: of the break in the force, of the latency, of the samples'
-// times and steps.
+// Computes the interval of a contact height: from the break in the force, the latency, and the
+// samples' times and steps.
 #pragma once
 
 #include "tap/contact/break_estimate.h"
@@ -10,14 +10,14 @@
 namespace trammel::tap {
 
 struct ContactInterval {
-  double below_mm = 0;                 ///< from the contact down to the lower end, >= 0; 95 %
-  double above_mm = 0;                 ///< from the contact up to the upper end, >= 0; 95 %
+  double below_mm = 0;                 ///< contact to lower end, >= 0; 95 %
+  double above_mm = 0;                 ///< contact to upper end, >= 0; 95 %
   double standard_uncertainty_mm = 0;  ///< k = 1
 };
 
-/// Adds to the interval of the break `e`, found in `stretch`, what its fit cannot see: the
-/// uncertainty of options.latency_s (known, s), times that scatter, held values, steps of the clock
-/// and of the converter.
+/// Adds to the interval of the break `e`, found in `stretch`, the effects that its fit does not
+/// include: the uncertainty of options.latency_s (known, s), times that scatter, held values, steps
+/// of the clock and of the converter.
 [[nodiscard]] ContactInterval IntervalOf(const CleanTap& clean, const PressStretch& stretch,
                                          const BreakEstimate& e, const TapMotion& motion,
                                          const TapOptions& options);

@@ -51,7 +51,7 @@ struct Figures {
   [[nodiscard]] double Covered() const { return static_cast<double>(covered) / good; }
 };
 
-// With the latency stated, so that it is the break that is measured.
+// States the latency, so that the break alone is measured.
 const TapOptions kStated = {.latency_s = 0};
 
 Figures Measure(const PressWorld& world, int taps, const TapOptions& options = kStated) {
@@ -90,7 +90,7 @@ struct Promise {
   // 95 % less what chance makes of so many taps: 1000 and 99.9 % for 93 %, 600 and three deviations
   // for 92.3 %; 90 % of laws that no model holds.
   double least_covered = 0.93;
-  double least_good = 0.98;  // at most 2 % of sound taps refused
+  double least_good = 0.98;  // at most 2 % of valid taps refused
   double most_bias_um = 1e9;
   double most_deviation_um = 1e9;
   double most_half_width_um = 1e9;

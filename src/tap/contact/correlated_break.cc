@@ -12,11 +12,11 @@
 namespace trammel::tap {
 namespace {
 
-constexpr std::size_t kMostBlocks = 128;  // of the fit: longer ones are averaged in blocks
+constexpr std::size_t kMostBlocks = 128;  // limit of the fit: longer ones are averaged in blocks
 constexpr std::size_t kLeastFree = 16;    // samples or blocks of a stretch
-constexpr double kLeastPairs = 16;        // from which the variogram at a lag is known
+constexpr double kLeastPairs = 16;        // minimum for the variogram at a lag
 
-// The step at the break without what the columns 1, y, d, d^2 hold of it (modified Gram-Schmidt).
+// Projects the columns 1, y, d, d^2 out of the step at the break (modified Gram-Schmidt).
 bool BreakWeights(const BreakFit& fit, std::span<double> columns, std::span<double> w) {
   const std::size_t n = fit.y.size();
   constexpr std::size_t kColumns = 4;
@@ -48,7 +48,7 @@ bool BreakWeights(const BreakFit& fit, std::span<double> columns, std::span<doub
   return true;
 }
 
-// Block means, or sums, in place.
+// Computes block means, or sums, in place.
 std::span<double> Blocks(std::span<double> values, std::size_t block, bool mean) {
   const std::size_t count = values.size() / block;
   for (std::size_t b = 0; b < count; ++b) {

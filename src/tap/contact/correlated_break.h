@@ -1,4 +1,4 @@
-// How much more correlated noise scatters the break than white noise.
+// Scatter of the break by correlated noise, compared with white noise.
 #pragma once
 
 #include <span>
@@ -7,7 +7,7 @@
 
 namespace trammel::tap {
 
-/// What the break is fitted with: heights 0 … 1, the break among them, the residuals there.
+/// Samples of the break's fit: heights 0 … 1, the break among them, the residuals there.
 struct BreakFit {
   std::span<const double> y;
   std::span<const double> residual;

@@ -143,8 +143,8 @@ TEST(CorrelatedBreak, IsOneForWhiteNoise) {
 }
 
 TEST(CorrelatedBreak, ShortStretchesStillCoverNineBreaksInTen) {
-  // As long as those of a tap. The variogram is then known badly, which Student's quantile answers
-  // for in part: 91 to 96 % are covered.
+  // Uses stretches as long as a tap's. The variogram is then poorly known, for which Student's
+  // quantile corrects in part: 91 to 96 % are covered.
   constexpr std::size_t kShort = 200;
   for (const std::size_t samples : {100, 250}) {
     const double white = WhiteVariance(samples, kTaps);

@@ -13,13 +13,13 @@ namespace trammel::tap {
 namespace {
 
 constexpr double kOutlier = 5;  // deviations: one sample in two million
-// By which correlation raises the variance of means where it is no chance, and the portmanteau from
-// where on it acts in the cruise, too: white noise reaches it in a quarter of the taps.
+// Limits: variance factor of means by correlation that is no chance, and the portmanteau above
+// which it acts in the cruise, too. White noise reaches the latter in a quarter of the taps.
 constexpr double kVisible = 2;
 constexpr double kDoubtful = 10;
 
-// One wild sample bends the first fit, so that weighing is repeated. A pass that finds none leaves
-// the weights as the fit has them.
+// Down-weights outliers. One wild sample bends the first fit, so weighing is repeated. A pass
+// without outliers does not change the weights of the fit.
 void ForgetOutliers(PressStretch& stretch, CruiseFit& fit, Workspace& workspace,
                     TapAnalysis& result) {
   constexpr int kPasses = 3;
@@ -44,7 +44,7 @@ void ForgetOutliers(PressStretch& stretch, CruiseFit& fit, Workspace& workspace,
   }
 }
 
-// The last fit is without an interval: correlation that is yet to be looked for widens it.
+// Removes hum. The last fit has no interval: correlation, to be found later, widens it.
 MainsHum TakeOutHum(PressStretch& stretch, CruiseFit& fit, Workspace& workspace,
                     TapAnalysis& result) {
   const MainsHum hum = FindMainsHum(stretch.time_s, stretch.residual, fit.estimate.noise);
@@ -60,7 +60,7 @@ MainsHum TakeOutHum(PressStretch& stretch, CruiseFit& fit, Workspace& workspace,
   return hum;
 }
 
-// The same press without its deepest part.
+// Press without its deepest part.
 struct ShorterPress {
   PressStretch stretch;
   CruiseFit fit;
@@ -79,9 +79,9 @@ ShorterPress FitShorter(const PressStretch& stretch, std::size_t count, Workspac
   return shorter;
 }
 
-// Residuals that are still not white: the drive lags behind at the start of the
-// pull-back, or the press follows another law at depth. Less of the press, from the deepest end,
-// tells: the first remainder whose residuals are white is taken, none if none is. True if one is.
+// Trims the press if its residuals are still not white: the drive lags at the start of the
+// pull-back, or the press follows another law at depth. Cuts it from the deepest end, and takes the
+// first remainder whose residuals are white; none if there is none. True if there is one.
 bool TrimPress(PressStretch& stretch, CruiseFit& fit, Workspace& workspace, TapAnalysis& result) {
   const auto below = static_cast<double>(fit.estimate.below);
   for (const double share : {0.15, 0.3}) {
@@ -100,14 +100,14 @@ bool TrimPress(PressStretch& stretch, CruiseFit& fit, Workspace& workspace, TapA
   return false;
 }
 
-// Reads the press without its deepest part: the interval in mm, where something bends the press
-// there. A drive that does not follow yet catches up gradually, and moves the break where no
-// residual shows it any more.
+// Fits the press without its deepest part: the interval in mm, if something bends the press there.
+// A drive that lags catches up gradually, and moves the break where residuals no longer show it.
 std::optional<Interval> ReadWithoutOnset(const PressStretch& stretch, const BreakEstimate& e,
                                          bool trimmed, Workspace& workspace) {
-  constexpr double kOnset = 0.25;  // of the press, beyond what is trimmed or lies below the kink
+  constexpr double kOnset = 0.25;  // of the press, beyond the trimmed part or above the kink
   constexpr double kDeep = 0.4;    // of the press, from its deepest sample: the kink of an onset
-  // Times the whole press's interval: a remainder that is read no better tells nothing of an onset.
+  // Maximum length of the remainder's interval, in units of the whole press's: a more uncertain
+  // remainder does not show an onset.
   constexpr double kTooLong = 4;
   const bool deep_kink = e.shape.kink_t > 0 && e.shape.kink_t < kDeep * e.shape.t;
   if (!trimmed && !deep_kink) {
@@ -139,8 +139,8 @@ FreeNozzle FreeNozzleOf(const PressStretch& stretch, const CruiseFit& fit, const
           fit.traits.portmanteau > kPortmanteauLimit};
 }
 
-// What else the samples show is added to the interval: parts that disagree with the whole by more
-// than noise explains, and a free force that differs between before the touch and after the break.
+// Widens the interval by what else the samples show. Parts may disagree with the whole beyond
+// noise; the free force may differ between before the touch and after the break.
 void Widen(const CleanTap& clean, const TapMotion& motion, const TapOptions& options,
            double inflation, Workspace& workspace, PressStretch& stretch, CruiseFit& fit) {
   BreakEstimate& e = fit.estimate;
@@ -148,7 +148,8 @@ void Widen(const CleanTap& clean, const TapMotion& motion, const TapOptions& opt
   if (!(slope > 0)) {
     return;
   }
-  // The residuals on a straight press: a press that the best model describes is no disagreement.
+  // Adds the residuals to a straight press: a press that the best model describes is no
+  // disagreement.
   for (std::size_t i = 0; i < stretch.y.size(); ++i) {
     stretch.scratch[i] = stretch.residual[i] + slope * std::max(0.0, e.t - stretch.y[i]);
   }
@@ -174,8 +175,8 @@ void Widen(const CleanTap& clean, const TapMotion& motion, const TapOptions& opt
   e.standard_uncertainty *= width > 0 ? (e.hi - e.lo) / width : 1;
 }
 
-// Widens the shorter side of an interval. Where neighbours err together, noise looks like a form:
-// what makes the one side long may as well have moved the break from the other.
+// Widens the shorter side of an interval. With correlated errors noise looks like a form: the cause
+// of the long side may equally have moved the break from the other.
 void EvenOut(BreakEstimate& e) {
   constexpr double kOfOtherSide = 0.75;
   const double width = e.hi - e.lo;
@@ -185,7 +186,7 @@ void EvenOut(BreakEstimate& e) {
   e.standard_uncertainty *= width > 0 ? (e.hi - e.lo) / width : 1;
 }
 
-// Adds other readings to the interval.
+// Extends the interval by other readings.
 void Hold(const Interval& breaks_mm, const PressStretch& stretch, BreakEstimate& e) {
   const double width = e.hi - e.lo;
   e.lo = std::min(e.lo, (breaks_mm.lo - stretch.z0_mm) / stretch.span_mm);
@@ -193,7 +194,7 @@ void Hold(const Interval& breaks_mm, const PressStretch& stretch, BreakEstimate&
   e.standard_uncertainty *= width > 0 ? (e.hi - e.lo) / width : 1;
 }
 
-// Adds the breaks of other averaging to the interval.
+// Extends the interval by the breaks of other averaging.
 void Hold(const AveragedBreaks& averaged, const PressStretch& stretch, BreakEstimate& e) {
   e.lo = e.t - averaged.widened * (e.t - e.lo);
   e.hi = e.t + averaged.widened * (e.hi - e.t);

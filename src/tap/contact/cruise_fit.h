@@ -1,4 +1,4 @@
-// The press and its break, fitted to the samples of the pull-back's cruise.
+// Fits press and break to the samples of the pull-back's cruise.
 #pragma once
 
 #include "tap/contact/press_stretch.h"
@@ -10,10 +10,10 @@
 
 namespace trammel::tap {
 
-/// Fits press and break, and does what contact.h says about what else the samples do: forgets lone
-/// wild samples, fits hum along, trims the press, widens the interval. Each leaves a notice.
+/// Fits press and break, and treats disturbances as in contact.h: ignores lone wild samples, fits
+/// hum, trims the press, widens the interval. Each adds a notice.
 ///
-/// @param stretch  Hum is taken out of its force, the trimmed press from its start.
+/// @param stretch  Hum is subtracted from its force, the trimmed press cut from its start.
 [[nodiscard]] CruiseFit FitCruise(const CleanTap& clean, const TapMotion& motion,
                                   const TapOptions& options, PressStretch& stretch,
                                   Workspace& workspace, TapAnalysis& result);

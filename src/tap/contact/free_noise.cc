@@ -21,10 +21,10 @@ Stretch Between(const CleanTap& clean, double from_s, double to_s) {
           static_cast<std::size_t>(end - times.begin())};
 }
 
-// After the break and before the touch.
+// Returns the stretches after the break and before the touch.
 std::array<Stretch, 2> FreeRanges(const CleanTap& clean, const TapMotion& motion,
                                   const FreeNozzle& nozzle) {
-  constexpr double kClear_mm = 0.01;  // of the bed
+  constexpr double kClear_mm = 0.01;  // bed clearance
   constexpr double kClearSamples = 4;
   const double shift_s = nozzle.latency_s - clean.origin_s;
   const double clear_s = kClearSamples * clean.period_s;
@@ -41,7 +41,7 @@ std::array<Stretch, 2> FreeRanges(const CleanTap& clean, const TapMotion& motion
   return ranges;
 }
 
-/// Straight over the places in a span.
+/// Straight line over the positions in a span.
 struct Line {
   double middle = 0;
   double mean = 0;
@@ -65,7 +65,7 @@ struct Line {
   }
 };
 
-// Box & Pierce's sum over a few lags.
+// Tests by Box & Pierce's sum over a few lags.
 bool IsCorrelated(std::span<const double> rest) {
   constexpr std::size_t kFew = 4;
   constexpr double kLimit = 14.9;  // exceeded by white noise in one stretch of 200
@@ -86,8 +86,8 @@ bool IsCorrelated(std::span<const double> rest) {
   return squares * static_cast<double>(n) > kLimit * sum[0] * sum[0];
 }
 
-// Of the samples themselves, as hum and filters show, and of means over blocks of them, as slow
-// noise does. Asked of every tap, so that the fit's noise serves as the scale of wild samples.
+// Tests the samples themselves, for hum and filters, and means over blocks of them, for slow noise.
+// It runs on every tap, so that the fit's noise is the scale of wild samples.
 bool IsCorrelated(std::span<const float> force, double noise_g, std::span<double> scratch) {
   constexpr double kWild = 6;
   constexpr std::size_t kBlocks = 20;
@@ -118,7 +118,7 @@ bool IsCorrelated(std::span<const float> force, double noise_g, std::span<double
   return IsCorrelated(scratch.first(blocks));
 }
 
-// Draws wild samples in to four deviations from the line through the stretch.
+// Limits wild samples to four deviations from the line through the stretch.
 void DrawIn(std::span<double> force, std::span<double> scratch) {
   constexpr double kMostDeviations = 4;
   constexpr double kMedianOfNormal = 0.6745;
@@ -133,7 +133,8 @@ void DrawIn(std::span<double> force, std::span<double> scratch) {
   }
 }
 
-// The forces of a range without drift, hum and wild samples; empty where they tell nothing.
+// Returns the forces of a range without drift, hum and wild samples; empty if they are
+// uninformative.
 std::span<double> Cleaned(const CleanTap& clean, const Stretch& range, const FreeNozzle& nozzle,
                           Workspace& workspace) {
   const std::size_t n = range.size();
@@ -168,7 +169,7 @@ FreeSteps FindFreeSteps(const CleanTap& clean, const TapMotion& motion, const Fr
   if (before.size() < kLeast) {
     return steps;
   }
-  // One drift for both stretches: what each shows, weighted by how well it does.
+  // One drift for both stretches: the weighted mean of their drifts.
   double spread = 0;
   double drift = 0;
   double level = 0;
@@ -191,15 +192,15 @@ FreeSteps FindFreeSteps(const CleanTap& clean, const TapMotion& motion, const Fr
   }
   drift /= spread;
   double drift_variance = 1 / spread;  // for a noise of 1
-  // What the stretches show of a drift scatters the step between them more than all else. Without
-  // one that stands out there is none: a small drift then counts as a step.
+  // The stretches' estimate of a drift scatters the step between them more than all else. An
+  // insignificant drift is ignored: it then counts as a step.
   constexpr double kOfDrift = 2;
   if (!(std::abs(drift) > kOfDrift * nozzle.noise_g * std::sqrt(drift_variance))) {
     drift = drift_variance = 0;
   }
   const double break_s = motion.CruiseTime(nozzle.break_z_mm) + nozzle.latency_s - clean.origin_s;
   const double after = std::max(static_cast<double>(kLeast), nozzle.fitted_s / clean.period_s);
-  // At the break and in the middle of what follows it: a thread pulls the more, the longer it gets.
+  // Tests at the break and halfway after it: a thread pulls the more, the longer it gets.
   const double half_s =
       std::max(0.0, 0.5 * (motion.cruise_end_s - motion.CruiseTime(nozzle.break_z_mm)));
   for (const double later_s : {0.0, half_s}) {

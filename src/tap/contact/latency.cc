@@ -11,17 +11,17 @@
 namespace trammel::tap {
 namespace {
 
-constexpr double kMostPeriods = 2;  // of samples: what a converter's filter takes
+constexpr double kMostPeriods = 2;  // in samples: delay of a converter's filter
 constexpr double kTransport_s = 0.005;
 constexpr double kOffset_mm = 0.006;
 constexpr double kScale = 0.1;
-// Play and bending that differ between the two ways in other forms than these, seen at both speeds:
-// 1.5 um of drives whose offset is the prior's, and less in proportion where the approach shows
+// Backlash and bending that differ between the two ways in other forms than these, at both speeds:
+// 1.5 um for drives whose offset is the prior's, and proportionally less where the approach shows
 // less.
 constexpr double kPlay_mm = 0.0015;
-constexpr double kRest_mm = 0.002;       // of a press that is flat at its deepest end
+constexpr double kRest_mm = 0.002;       // for a press that is flat at its deepest end
 constexpr std::size_t kLeastBefore = 8;  // samples before the touch, for the base
-constexpr double kRest_s = 0.02;         // of the halt, before creep tells
+constexpr double kRest_s = 0.02;         // start of the halt, before creep matters
 constexpr std::size_t kLeastRest = 4;
 constexpr std::size_t kMostInRange = 96;
 constexpr int kMostSteps = 8;
@@ -36,7 +36,7 @@ struct State {
   double rest_g = 0;
 };
 
-// From before the earliest touch to some samples after the halt.
+// Returns the stretch from before the earliest touch to some samples after the halt.
 Stretch Approach(const CleanTap& clean, const TapMotion& motion, const SeenPress& press,
                  double most_s) {
   const auto& times = clean.samples.time_s;
@@ -54,14 +54,14 @@ Stretch Approach(const CleanTap& clean, const TapMotion& motion, const SeenPress
   return range;
 }
 
-// Reads the play of the drive at rest, mm: the height at which the press has the force of rest,
-// above that of the halt. The head rises by as much before the force falls.
+// Estimates the drive's backlash at rest, mm: the height, above the halt, at which the press has
+// the force of rest. The head rises by as much before the force falls.
 double PlayAtRest(const CleanTap& clean, const TapMotion& motion, const SeenPress& press) {
   constexpr int kHeights = 64;
   const double halt_y = (motion.halt_z_mm - press.z0_mm) / press.span_mm;
   const double step = (press.shape.t - halt_y) / kHeights;
-  // A drift acts as long before the rest as after it. Less the noise of a sample: a press that is
-  // flat at its deepest end never reaches it else.
+  // A drift acts as long before the rest as after it. The noise of a sample is subtracted:
+  // otherwise a press that is flat at its deepest end never reaches it.
   const double free_g = 0.5 * (clean.approach_g + clean.departure_g);
   const double rest_g = press.sign * (clean.dwell_g - free_g) - press.noise_g;
   if (!(step > 0) || !(rest_g > 0)) {
@@ -85,7 +85,7 @@ class Fit {
         prior_s_(prior_s),
         play_mm_(play_mm) {}
 
-  // The normal equations at a state, in units of the variance, priors included.
+  // Computes the normal equations at a state, in units of the variance, priors included.
   [[nodiscard]] Normal Sum(const State& state, double variance) const {
     Normal m{};
     const double first_g = clean_.samples.force_g[range_.first];
@@ -113,8 +113,8 @@ class Fit {
     return m;
   }
 
-  // By which what is left raises the variance, where neighbours err together: as of a first-order
-  // regression (Bartlett 1946).
+  // Returns the variance factor of correlated residuals, as of a first-order regression (Bartlett
+  // 1946).
   [[nodiscard]] double Inflation(const State& state) const {
     constexpr double kMost = 0.9;
     std::array<double, kMostInRange> left;
@@ -135,7 +135,7 @@ class Fit {
   }
 
  private:
-  // Derivatives of a pressed sample's force, and what the state leaves of it.
+  // Computes derivatives and residual of a pressed sample's force.
   [[nodiscard]] NormalRow RowOf(double y, bool rests, double g, const State& state) const {
     const double p = press_.shape.At(y);
     const double by_offset = state.scale * press_.shape.Slope(y) / press_.span_mm;
@@ -152,10 +152,11 @@ class Fit {
     return press_.sign * clean_.samples.force_g[i] - state.scale * press_.shape.At(Y(i, state)) -
            (rests ? state.rest_g : 0);
   }
-  // A press that is flat at its deepest end, beyond what a sound one softens by, may be a drive
-  // that does not yet follow: at rest, on the other side of its play, the force is less known then.
+  // Returns the deviation of the force at rest. A press that is flat at its deepest end, beyond the
+  // softening of a sound one, may be a drive that lags: at rest, on the other side of its backlash,
+  // the force is then less certain.
   [[nodiscard]] double RestDeviation() const {
-    constexpr double kSoft = 0.4;     // of the slope at the break
+    constexpr double kSoft = 0.4;     // relative to the slope at the break
     constexpr double kLeast = 0.001;  // keeps the prior finite
     const double outer = press_.shape.OuterSlope();
     const double flat = std::min(1.0, 1 + press_.shape.Slope(0) / (kSoft * outer));
@@ -164,7 +165,7 @@ class Fit {
   [[nodiscard]] double Time(std::size_t i, const State& state) const {
     return clean_.origin_s + clean_.samples.time_s[i] - state.latency_s;
   }
-  // Where the head was when the force acted, as the pull-back's stretch has heights.
+  // Returns the head's height when the force acted, in units of the pull-back's stretch.
   [[nodiscard]] double Y(std::size_t i, const State& state) const {
     const double z_mm = motion_.Z(Time(i, state)) + state.offset_mm +
                         motion_.pull_back_speed_mm_s * (state.latency_s - press_.latency_s);
@@ -183,8 +184,8 @@ class Fit {
 
 LatencyEstimate EstimateLatency(const CleanTap& clean, const TapMotion& motion,
                                 const SeenPress& press) {
-  // Half of the range. In the fit it is the standard deviation, too, as some latencies are longer;
-  // where nothing is seen, that is the range's own, of which all parts are alike.
+  // Half of the range. It is also the fit's standard deviation, as some latencies are longer;
+  // without information it is the range's own, uniform.
   const double prior_s = 0.5 * (kMostPeriods * clean.period_s + kTransport_s);
   const LatencyEstimate unknown = {prior_s, prior_s / std::numbers::sqrt3};
   if (!motion.has_approach) {
@@ -224,7 +225,7 @@ LatencyEstimate EstimateLatency(const CleanTap& clean, const TapMotion& motion,
     state.offset_mm += std::clamp(offset, -kOffset_mm, kOffset_mm);
     apart_mm =
         std::hypot(state.offset_mm, std::sqrt(offset_variance), (state.scale - 1) * depth_mm);
-    // What the fit leaves is its noise, where it is more than the pull-back's.
+    // The residual is the fit's noise, if it exceeds the pull-back's.
     const double left = m[kUnknowns][kUnknowns] * variance / std::max(1.0, samples - 1);
     variance = std::max(noise_g * noise_g, left);
     if (std::abs(latency) < 0.05 * deviation_s && step > 0) {

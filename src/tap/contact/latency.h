@@ -1,4 +1,4 @@
-// By how much later a force is read than it acted: the way down tells what the way up cannot.
+// Latency of the force readings: the way down determines what the way up cannot.
 #pragma once
 
 #include "tap/contact/break_estimate.h"
@@ -8,14 +8,14 @@
 
 namespace trammel::tap {
 
-/// What the pull-back told of the press, for heights as the moves have them for an assumed latency.
+/// Press measured on the pull-back, in heights of the moves for an assumed latency.
 struct SeenPress {
-  PressShape shape;      ///< In units of a stretch from z0_mm, span_mm long,
+  PressShape shape;      ///< in units of a stretch from z0_mm, span_mm long,
   double z0_mm = 0;      ///< with
   double span_mm = 0;    ///< this scale,
   double sign = 1;       ///< and this sign of the force that a press adds.
   double latency_s = 0;  ///< The assumed one.
-  double noise_g = 0;    ///< Of a sample.
+  double noise_g = 0;    ///< per sample
 };
 
 struct LatencyEstimate {
@@ -23,18 +23,18 @@ struct LatencyEstimate {
   double uncertainty_s = 0;  ///< Standard uncertainty.
 };
 
-/// Latency from the approach.
+/// Estimates the latency from the approach.
 ///
-/// Model: on the way down and at rest the force is the press of the way up at the height where the
-/// head was a latency before: force(t) = base + scale P(z(t - latency) + pull_back_speed latency +
-/// offset). A latency moves both the touch and the halt; another stiffness (scale) or another
-/// height (offset: backlash, friction, creep) moves only one of them. Where the press flattens at
-/// its deepest end, the force at rest is a further unknown. Least squares by Gauss and Newton.
+/// Model: on the way down and at rest the force is the press of the way up at the head's height a
+/// latency before: force(t) = base + scale P(z(t - latency) + pull_back_speed latency + offset). A
+/// latency moves both the touch and the halt; another stiffness (scale) or another height (offset:
+/// backlash, friction, creep) moves only one of them. If the press flattens at its deepest end, the
+/// force at rest is a further unknown. Least squares by Gauss and Newton.
 ///
-/// What a user could have is the prior: latencies of 0 to two samples and 5 ms (filters of common
-/// converters; transport), offsets of 6 um, scales of 10 %. Where the approach tells nothing, the
-/// latency is anywhere in its range alike; where it tells much, a quarter of what it shows the two
-/// ways to be apart, 1.5 um at most, remains at both speeds.
+/// The prior covers usual set-ups: latencies of 0 to two samples and 5 ms (filters of common
+/// converters; transport), offsets of 6 um, scales of 10 %. If the approach has no information, the
+/// latency is uniform in its range. If it has much, a quarter of the difference that it shows
+/// between the two ways, 1.5 um at most, remains at both speeds.
 [[nodiscard]] LatencyEstimate EstimateLatency(const CleanTap& clean, const TapMotion& motion,
                                               const SeenPress& press);
 

@@ -9,7 +9,7 @@ namespace trammel::tap {
 namespace {
 
 struct Part {
-  double press = 1;     // of the press,
+  double press = 1;     // share of the press,
   double baseline = 1;  // and as much of the baseline, of the press's length
 };
 constexpr Part kParts[] = {{1, 0.5}, {0.5, 2}, {0.4, 0.4}, {0.25, 1}};
@@ -17,7 +17,8 @@ constexpr std::size_t kLeastBelow = 8;
 constexpr std::size_t kLeastAbove = 6;
 constexpr double kSignificant = 2.8;
 
-// Variance of the break for unit noise and slope: of the ends of a parabola and of a line.
+// Computes the variance of the break for unit noise and slope: of the ends of a parabola and of a
+// line.
 double Variance(std::size_t below, std::size_t above) {
   return 9 / static_cast<double>(below) + 4 / static_cast<double>(above);
 }

@@ -1,5 +1,5 @@
-// The break as parts of the stretch tell it: where a smooth press and a straight baseline hold,
-// they agree within the noise; where something else acts (ringing, a thread, a step), they do not.
+// Estimates the break from parts of the stretch. With a smooth press and a straight baseline they
+// agree within the noise; with other effects (ringing, a thread, a step) they do not.
 #pragma once
 
 #include "tap/contact/press_profile.h"
@@ -7,18 +7,17 @@
 
 namespace trammel::tap {
 
-/// By how much the answers of parts lie below and above the answer of the whole, beyond what noise
-/// explains; both >= 0.
+/// Deviations of the parts' answers below and above the answer of the whole, beyond the noise; both
+/// >= 0.
 struct LocalReadings {
   double below = 0;
   double above = 0;
 };
 
-/// Fits the quadratic press to the half and the quarter of press and baseline that lie next to the
-/// break.
-/// @param t          The answer of the whole.
+/// Fits the quadratic press to the half and the quarter of press and baseline next to the break.
+/// @param t          Break of the whole stretch.
 /// @param noise      Standard deviation of a sample,
-/// @param inflation  and by which correlation raises the variance of means.
+/// @param inflation  and factor of correlation on the variance of means.
 [[nodiscard]] LocalReadings ReadLocally(const BreakSamples& samples, double t, double noise,
                                         double inflation, Workspace& workspace);
 

@@ -1,5 +1,5 @@
-// Running sums over samples, and what they become about another origin: what the sums of squares of
-// every press are made of.
+// Running sums over samples, and their conversion to another origin, for the sums of squares of
+// every press.
 #pragma once
 
 #include <algorithm>
@@ -8,14 +8,14 @@
 
 namespace trammel::tap {
 
-/// Sums over the samples from the first one up to some place. Without values to begin with:
-/// thousands of them are written anew for every tap.
+/// Sums over the samples from the first up to a given one. Without initial values: every tap
+/// rewrites thousands of them.
 struct Moments {
-  std::array<double, 7> y;      ///< Of weight y^i,
+  std::array<double, 7> y;      ///< weighted by y^i,
   std::array<double, 4> force;  ///< and of weight force y^i.
 };
 
-/// Turns sums of y^j into sums of (at - y)^j over the same samples: differences of neighbours,
+/// Converts sums of y^j to sums of (at - y)^j over the same samples: differences of neighbours,
 /// power by power, which is (at - y)^(i+1) y^j = at (at - y)^i y^j - (at - y)^i y^(j+1).
 template <std::size_t kCount, std::size_t kAll>
 [[nodiscard]] std::array<double, kCount> Shifted(const std::array<double, kAll>& moments,
@@ -31,7 +31,7 @@ template <std::size_t kCount, std::size_t kAll>
   return d;
 }
 
-/// A pivot below this share of its column is rounding: the column adds nothing.
+/// Minimum pivot as a share of its column; a smaller one is rounding, and the column adds nothing.
 inline constexpr double kLeastPivot = 1e-11;
 
 [[nodiscard]] inline double Invert(double pivot, double column) {

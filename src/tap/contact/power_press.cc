@@ -12,7 +12,7 @@ constexpr int kMostPasses = 20;
 constexpr double kLeastPower = 0.5;
 constexpr double kMostPower = 2.5;
 constexpr double kStraight = 0.02;  // nearer to 1 the straight press says the same
-constexpr double kEnough = 0.02;    // of the break's standard deviation, the last step
+constexpr double kEnough = 0.02;    // last step over the break's standard deviation
 
 // Columns: 1, y, d^p, derivative by t / c, derivative by p / c; the force last.
 Normal NormalEquations(const BreakSamples& samples, double t, double p) {
@@ -35,14 +35,14 @@ Normal NormalEquations(const BreakSamples& samples, double t, double p) {
 
 PowerPress FitPowerPress(const PressProfile& profile, double start_t) {
   const PressProfile::Coefficients quadratic = profile.Fit(start_t, 2);
-  const double depth = start_t;  // of the first sample, where y is 0
+  const double depth = start_t;  // depth of the first sample, where y is 0
   const double linear_g = quadratic.c[0];
   const double curved_g = quadratic.c[1] * depth;
   PowerPress press;
   if (!(linear_g + curved_g > 0)) {
     return press;
   }
-  // The exponent with the same slope at the deepest sample for its force.
+  // Exponent with the same slope at the deepest sample for its force.
   double t = start_t;
   double p = std::clamp((linear_g + 2 * curved_g) / (linear_g + curved_g), 0.6, 1.9);
   for (int pass = 0; pass < kMostPasses; ++pass) {
@@ -50,11 +50,11 @@ PowerPress FitPowerPress(const PressProfile& profile, double start_t) {
     if (!Eliminate(m)) {
       return press;
     }
-    // The part of the sum of squares that the two derivatives cannot explain away is what the
-    // linear parameters leave at this t and p.
+    // The linear parameters' residual at this t and p is the part of the sum of squares that the
+    // two derivatives do not explain.
     const double by_p = m[4][5];
     const double by_t = m[3][5] - m[3][4] * by_p;
-    const double c_here = m[2][5];  // at this t and p, without the derivatives
+    const double c_here = m[2][5];  // at this t and p, excluding the derivatives
     const double c = m[2][5] - m[2][3] * by_t - m[2][4] * by_p;
     const double scale = c_here > 0 ? c_here : c;
     if (!(scale > 0)) {

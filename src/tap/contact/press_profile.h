@@ -1,4 +1,5 @@
-// The exact profile over the break: least squares of every polynomial press at any break point.
+// Computes the exact profile over the break: least squares of every polynomial press at any break
+// point.
 #pragma once
 
 #include <algorithm>
@@ -11,7 +12,7 @@
 
 namespace trammel::tap {
 
-/// Samples to be fitted, in units that keep the arithmetic well conditioned.
+/// Samples for a fit, in units that keep the arithmetic well conditioned.
 struct BreakSamples {
   std::span<const double> y;       ///< Height above the first sample, 0 … 1, not falling.
   std::span<const double> force;   ///< Sign so that the press is positive; near zero on average.
@@ -21,27 +22,27 @@ struct BreakSamples {
 /// Model: force = a + b (y - t) + sum over i = 1 … order of c_i d^i with d = max(0, t - y): a
 /// sloped baseline, and below the break t a press that starts from zero.
 ///
-/// The sums of squares of all orders at one break point come out of one Cholesky elimination of the
-/// normal equations, because the models are nested; the normal equations come from moments that are
+/// One Cholesky elimination of the normal equations yields the sums of squares of all orders at a
+/// break point, because the models are nested. The normal equations follow from moments that are
 /// summed up once. Hence a profile over all break points costs O(samples), and no break point needs
 /// to be guessed (Hudson 1966; Golub & Pereyra 1973 for the elimination of linear parameters).
 class PressProfile {
  public:
   static constexpr std::size_t kOrders = 3;
 
-  /// At one break point; orders 1 … kOrders at [0] … .
+  /// Results at one break point; orders 1 … kOrders at [0] … .
   struct At {
     double t;
     std::array<double, kOrders> sum_squares;
-    /// c_1 of each order: how steeply the press starts. Negative is no press.
+    /// c_1 of each order: initial slope of the press. Negative is no press.
     std::array<double, kOrders> start_slope;
   };
 
-  /// The baseline alone, without a press.
+  /// Baseline without a press.
   struct Baseline {
     double mean_y = 0;
     double inverse_count = 0;
-    double inverse_spread = 0;  ///< Of 1 / sum (y - mean)^2.
+    double inverse_spread = 0;  ///< 1 / sum (y - mean)^2
     double mean_force = 0;
     double slope = 0;
     double sum_squares = 0;  ///< About it.
@@ -53,10 +54,10 @@ class PressProfile {
     std::array<double, kOrders> c{};
   };
 
-  /// Sums up moments in memory of the workspace, which must outlive the profile.
+  /// Computes moments in memory of the workspace, which must outlive the profile.
   PressProfile(const BreakSamples& samples, Workspace& workspace);
 
-  /// False where the workspace was too small; nothing else may be called then.
+  /// False if the workspace was too small; then call nothing else.
   [[nodiscard]] bool Ready() const { return !prefix_.empty(); }
   /// @param t      Any break point.
   /// @param below  How many samples have y < t (or y <= t, which gives the same).
@@ -64,26 +65,26 @@ class PressProfile {
   [[nodiscard]] At Evaluate(double t) const { return Evaluate(t, Below(t)); }
   [[nodiscard]] Coefficients Fit(double t, std::size_t order) const;
   [[nodiscard]] std::size_t Below(double t) const;
-  /// Over the first samples, so many.
+  /// Returns the moments of the first `below` samples.
   [[nodiscard]] const Moments& Sums(std::size_t below) const { return prefix_[below]; }
   [[nodiscard]] const Baseline& baseline() const { return baseline_; }
   [[nodiscard]] const BreakSamples& samples() const { return samples_; }
-  /// Weighted sums over all samples: 1, y, y^2, force, force y, force^2.
+  /// Computes the weighted sums over all samples: 1, y, y^2, force, force y, force^2.
   [[nodiscard]] std::array<double, 6> Totals() const;
 
   static constexpr std::size_t kBytesPerSample = sizeof(Moments);
 
  private:
-  // The normal equations of the press at a break point, with the baseline projected out (1 and
-  // y - mean span it, whatever the break point), eliminated.
+  // Normal equations of the press at a break point, eliminated, with the baseline projected out (1
+  // and y - mean span it, whatever the break point).
   struct Elimination {
-    std::array<double, kOrders> sum_d{};   // of d^i
-    std::array<double, kOrders> sum_dy{};  // of d^i (y - mean)
+    std::array<double, kOrders> sum_d{};   // sums of d^i
+    std::array<double, kOrders> sum_dy{};  // sums of d^i (y - mean)
     double l12 = 0;
     double l13 = 0;
     double l23 = 0;
     std::array<double, kOrders> solved{};  // right-hand side over pivot
-    std::array<double, kOrders> gained{};  // by which each column lowers the sum of squares
+    std::array<double, kOrders> gained{};  // reduction of the sum of squares per column
   };
   [[nodiscard]] Elimination Eliminate(double t, std::size_t below) const;
 

@@ -26,7 +26,7 @@ bool SelectCruise(const CleanTap& clean, const TapMotion& motion, double latency
   stretch.span_mm = motion.pull_back_speed_mm_s * duration_s;
   const std::span<const float> force =
       clean.samples.force_g.subspan(static_cast<std::size_t>(first - times.begin()), n);
-  // The press is what the force falls from: its first quarter against its last.
+  // Sign of the press by the fall of the force: its first quarter against its last.
   double fall = 0;
   double sum = 0;
   for (std::size_t i = 0; i < n; ++i) {
@@ -58,7 +58,7 @@ void TrimStart(std::size_t count, PressStretch& stretch) {
 }
 
 void CropBaseline(PressStretch& stretch, Workspace& workspace) {
-  constexpr double kPresses = 6;  // with the press itself
+  constexpr double kPresses = 6;  // including the press itself
   constexpr std::size_t kLeast = 60;
   constexpr double kWorthwhile = 0.8;
   while (stretch.y.size() > 2 * kLeast) {

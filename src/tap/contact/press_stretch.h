@@ -1,4 +1,4 @@
-// The samples of the pull-back's cruise as the fit sees them.
+// Samples of the pull-back's cruise, for the fit.
 #pragma once
 
 #include <array>
@@ -12,11 +12,11 @@
 
 namespace trammel::tap {
 
-/// Samples that the break is fitted with need at least this: five below, four above and some to
-/// choose between.
+/// Minimum number of samples for a fit of the break: five below, four above and some to choose
+/// between.
 inline constexpr std::size_t kLeastInCruise = 14;
 
-/// The samples of the cruise, and what is computed from them.
+/// Samples of the cruise, and values computed from them.
 struct PressStretch {
   std::span<double> time_s;
   std::span<double> y;
@@ -26,9 +26,9 @@ struct PressStretch {
   std::span<double> scratch;
   bool weighted = false;
   double z0_mm = 0;    // height of y = 0
-  double span_mm = 0;  // from y = 0 to y = 1
+  double span_mm = 0;  // y = 0 to y = 1
   double mean_g = 0;
-  double sign = 1;  // of the press
+  double sign = 1;  // press force sign
 
   [[nodiscard]] std::array<std::span<double>*, 6> Arrays() {
     return {&time_s, &y, &force, &weight, &residual, &scratch};
@@ -39,15 +39,15 @@ struct PressStretch {
   }
 };
 
-/// Takes the samples whose force acted during the cruise; false where there are too few.
+/// Selects the samples whose force acted during the cruise; false if there are too few.
 [[nodiscard]] bool SelectCruise(const CleanTap& clean, const TapMotion& motion, double latency_s,
                                 Workspace& workspace, PressStretch& stretch);
 
-/// Leaves out the first samples: y starts from 0 again.
+/// Removes the first `count` samples: y starts from 0 again.
 void TrimStart(std::size_t count, PressStretch& stretch);
 
-/// Shortens a baseline that is much longer than the press: it tells the break hardly more (by 4 %
-/// of its scatter from five presses on), and force wanders there that has nothing to do with it.
+/// Shortens a baseline that is much longer than the press. More of it hardly improves the break (by
+/// 4 % of its scatter from five presses on), and unrelated drift disturbs it.
 void CropBaseline(PressStretch& stretch, Workspace& workspace);
 
 }  // namespace trammel::tap

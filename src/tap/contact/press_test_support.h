@@ -27,19 +27,19 @@ struct PressWorld {
   double hum_g = 0;
   double hum_hz = 50;
   double latency_s = 0;
-  double resolution_g = 0;  ///< Of a coarse converter; 0 for none.
+  double resolution_g = 0;  ///< coarse converter's step; 0: none
   double sign = 1;
-  double outlier_share = 0;  ///< Of samples that are off by 30 to 100 times the noise.
-  double memory = 0;         ///< Of the noise, from sample to sample (first-order regression).
-  double held_share = 0;     ///< Of readings that find the value before them once more.
-  double late_s = 0;         ///< At most, by which a time stamp is late.
-  double backlash_mm = 0;    ///< By which the nozzle is above the drive until it rises.
+  double outlier_share = 0;  ///< share of samples off by 30 to 100 times the noise
+  double memory = 0;         ///< noise correlation between samples (first-order regression)
+  double held_share = 0;     ///< share of readings that repeat the previous value
+  double late_s = 0;         ///< maximum delay of a time stamp
+  double backlash_mm = 0;    ///< nozzle height above the drive until it rises
   double slip_g = 0;         ///< Force that goes once the nozzle has risen …
   double slip_mm = 0;        ///< … so far above the break.
-  double ring_g = 0;         ///< By which a structure swings from the pull-back's start on,
+  double ring_g = 0;         ///< amplitude of the structure from the pull-back's start on,
   double ring_hz = 8;        ///< and how often.
   int averages = 0;          ///< Over one sampling interval, one after the other, about its middle.
-  double onset_lag_mm = 0;   ///< By which the nozzle lags behind the drive at first, …
+  double onset_lag_mm = 0;   ///< initial lag of the nozzle behind the drive, …
   double onset_fade_mm = 0.004;  ///< … and the way on which that falls to 1 / e.
 };
 
@@ -140,8 +140,8 @@ inline PressTap MakePressTap(const PressWorld& world, std::uint64_t seed) {
   return tap;
 }
 
-/// What no combination of the columns explains of the force: orthogonalised one after the other
-/// (modified Gram-Schmidt), without moments and normal equations.
+/// Computes the force's residual after all combinations of the columns: orthogonalised one after
+/// the other (modified Gram-Schmidt), without moments and normal equations.
 inline double Unexplained(std::vector<std::vector<double>> columns, std::vector<double> rest) {
   const auto product = [](const std::vector<double>& a, const std::vector<double>& b) {
     double sum = 0;

@@ -3,7 +3,7 @@
 namespace trammel::tap {
 namespace {
 
-// What a press and the straight baseline that goes best with it leave over.
+// Computes the residuals of a press and its best straight baseline.
 void TakeResiduals(const PressShape& shape, PressStretch& stretch) {
   double n = 0;
   double sum_y = 0;

@@ -1,4 +1,4 @@
-// One fit of press and break to a stretch, and what it leaves over.
+// Fits press and break to a stretch once, with residuals.
 #pragma once
 
 #include "tap/contact/break_estimate.h"
@@ -16,7 +16,7 @@ struct CruiseFit {
   [[nodiscard]] bool Found() const { return estimate.outcome == BreakEstimate::Outcome::kFound; }
 };
 
-/// Fits the stretch as it stands; its residuals are set, where a break is found.
+/// Fits the stretch, and sets its residuals if a break is found.
 [[nodiscard]] CruiseFit FitStretch(PressStretch& stretch, const BreakTask& task,
                                    Workspace& workspace);
 

@@ -36,7 +36,7 @@ struct Kink {
 // Solves for the columns k and q, whose products with each other are p11, p12 and p22.
 TwoZones Solve(const PressProfile::Baseline& baseline, const OuterZone& outer, const Column& first,
                const Column& second, double p11, double p12, double p22) {
-  // Without the baseline and the outer column.
+  // Eliminates the baseline and the outer column.
   const auto together = [&](double sum, double sum_y, const Column& other) {
     return baseline.inverse_count * sum * other.sum + baseline.inverse_spread * sum_y * other.sum_y;
   };
@@ -174,7 +174,7 @@ TwoZonePress FitTwoZones(const PressProfile& profile, const OuterZone& outer, do
 
 TwoZonePress GuessTwoZones(const PressProfile& profile, double smooth_t, ZonesStart start) {
   constexpr std::size_t kNarrowWidths = 3;
-  // By how much of its width a zone ends beyond the smooth break.
+  // End of a zone beyond the smooth break, in parts of its width.
   constexpr std::array<double, 2> kStiffEnds = {-0.15, 0};
   constexpr std::array<double, 2> kSoftEnds = {0.3, 0.8};
   std::span<const double> widths = kWidths;

@@ -1,6 +1,5 @@
-// The neighbour of the smooth presses that changes its stiffness at once, or over a short way:
-// something soft (plastic, a sheet that lies hollow) or something stiffer is met before the bed
-// itself.
+// Alternative to the smooth presses, whose stiffness changes at once or over a short way: the
+// nozzle meets something soft (plastic, a hollow sheet) or stiffer before the bed itself.
 #pragma once
 
 #include <array>
@@ -23,12 +22,12 @@ struct OuterZone {
   double inverse = 0;      ///< Of its sum of squares, the baseline taken out.
   double slope = 0;        ///< Of the press without an inner zone,
   double sum_squares = 0;  ///< and what it leaves.
-  /// Kinks between these leave samples enough to either zone.
+  /// Limits of kinks with enough samples in either zone.
   double above = std::numeric_limits<double>::infinity();
   double up_to = 0;
 };
 
-/// The press c max(0, t - y) + k e + q e^2, e = max(0, s - y), s < t: the outer zone straight.
+/// Press c max(0, t - y) + k e + q e^2, e = max(0, s - y), s < t, with a straight outer zone.
 struct TwoZones {
   double sum_squares = 0;         ///< With q = 0, >= 0 but for rounding,
   double sum_squares_curved = 0;  ///< and with q as it comes.
@@ -48,15 +47,15 @@ struct TwoZones {
 struct TwoZonePress {
   double t = 0;                        ///< The break,
   double s = 0;                        ///< and below it the kink.
-  double outer_slope = 0;              ///< Of the press between them,
+  double outer_slope = 0;              ///< slope between them,
   double inner_slope = 0;              ///< and just below the kink,
   double inner_curve = 0;              ///< and the curve of the inner zone.
-  double sum_squares = 0;              ///< With the inner press straight,
+  double sum_squares = 0;              ///< for a straight inner press,
   double sum_squares_curved = kNever;  ///< and with it quadratic.
   bool found = false;
 
-  /// Where the inner press would have ended, had it gone on as it is at the kink: what an eye sees
-  /// that extrapolates the last samples of the bed itself.
+  /// Returns the end of the inner press, extrapolated from the kink: the visible end if one
+  /// extrapolates the last samples of the bed itself.
   [[nodiscard]] double Elbow() const { return s + outer_slope / inner_slope * (t - s); }
 };
 
@@ -71,7 +70,7 @@ struct TwoZonePress {
 [[nodiscard]] TwoZonePress FitTwoZones(const PressProfile& profile, const OuterZone& outer,
                                        double near_s = 0, double rounding = 0);
 
-/// Where the search for a press in two zones begins.
+/// Start of the search for a press in two zones.
 enum class ZonesStart : std::size_t {
   kClose,   ///< Close to the break of the smooth press: a stiff outer zone, or a wide one,
   kBeyond,  ///< beyond it: a soft one of more than a tenth of the depth,
@@ -80,7 +79,7 @@ enum class ZonesStart : std::size_t {
 inline constexpr std::array kZonesStarts = {ZonesStart::kClose, ZonesStart::kBeyond,
                                             ZonesStart::kNarrow};
 
-/// Looks quickly for break and kink around the break of a smooth press: zones of several widths
+/// Searches quickly for break and kink around the break of a smooth press: zones of several widths
 /// that such a press would average, and some steps from the best of them.
 [[nodiscard]] TwoZonePress GuessTwoZones(const PressProfile& profile, double smooth_t,
                                          ZonesStart start);

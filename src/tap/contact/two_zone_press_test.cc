@@ -19,7 +19,7 @@ struct Hollow {
   double s = 0.213;
   double outer = 60;
   double inner = 300;
-  double curve = 0;  // of the inner zone
+  double curve = 0;  // inner zone's curve
   double baseline = 15;
   double noise_g = 0;
 };
@@ -69,7 +69,7 @@ TEST(TwoZonePress, ItsSumsOfSquaresAreThoseOfPlainLeastSquares) {
       columns[4].push_back(e * e);
     }
     const TwoZones at = EvaluateTwoZones(profile, OuterZone(profile, t), s, s);
-    constexpr double kRounding = 1e-6;  // of sums of 10^5 gf^2 in moments of the sixth power
+    constexpr double kRounding = 1e-6;  // for sums of 10^5 gf^2 in moments of the sixth power
     EXPECT_NEAR(at.sum_squares_curved, test::Unexplained(columns, world.force), kRounding);
     columns.pop_back();
     EXPECT_NEAR(at.sum_squares, test::Unexplained(columns, world.force), kRounding);
@@ -77,7 +77,7 @@ TEST(TwoZonePress, ItsSumsOfSquaresAreThoseOfPlainLeastSquares) {
 }
 
 TEST(TwoZonePress, FindsTheKinkOfAHollowSheet) {
-  constexpr double kSearched = 4e-3;  // to which the kink is searched, and what slopes make of it
+  constexpr double kSearched = 4e-3;  // search resolution of the kink, with its effect on slopes
   for (const double inner : {200.0, 300.0, 550.0}) {
     for (const double curve : {0.0, 150.0}) {
       Hollow hollow;
@@ -106,7 +106,7 @@ TEST(RoundedKink, ItsSumsOfSquaresAreThoseOfPlainLeastSquares) {
   const PressProfile profile({world.y, world.force, {}}, workspace);
   const double t = 0.437;
   const std::array<double, 2> u = {0.41, t};
-  const std::array<double, 2> v = {0.12, -0.1};  // from within the samples, and from beyond
+  const std::array<double, 2> v = {0.12, -0.1};  // from inside and outside the samples
   constexpr double kRounding = 1e-6;
   for (std::size_t side = 0; side < u.size(); ++side) {
     const TwoZones at = EvaluateTwoZones(profile, OuterZone(profile, t), u[side], v[side]);

@@ -22,7 +22,7 @@ constexpr double kMostForce_g = 300;       // Klipper bounds the trigger's force
 constexpr double kSlowest_mm_s = 0.03;
 constexpr double kLongest_s = 3;      // a pull-back, in which every drift counts
 constexpr double kPressSamples = 24;  // so that they decide the press and not its model
-constexpr double kLongestRamp = 0.1;  // of the press: samples in it are left out
+constexpr double kLongestRamp = 0.1;  // of the press: samples in the ramp are left out
 constexpr double kFalseTrigger = 6;   // deviations: one in 5e8 samples
 
 double MedianRate(const TapView& tap) {
@@ -34,10 +34,10 @@ double MedianRate(const TapView& tap) {
   return steps.empty() ? kNan : 1 / Median(steps);
 }
 
-/// From the differences of neighbours, in which no drift is.
+/// Estimates the noise from differences of neighbours, which contain no drift.
 double ApproachNoise(const TapView& tap, const TapMotion& motion, double depth_mm) {
   constexpr double kLeastBeforeHalt_s = 0.05;
-  constexpr double kTouchDepth = 2;  // of the press: plastic touches before the bed does
+  constexpr double kTouchDepth = 2;  // in press depths: plastic touches before the bed does
   constexpr std::size_t kLeast = 8;
   if (!motion.has_approach) return kNan;
   const double until_s =
@@ -51,7 +51,7 @@ double ApproachNoise(const TapView& tap, const TapMotion& motion, double depth_m
   return steps.size() < kLeast ? kNan : RobustStandardDeviation(steps) / std::numbers::sqrt2;
 }
 
-/// Of a good tap whose moves hold one.
+/// Returns the traits of a good tap whose moves contain a motion.
 TapTraits TraitsOf(const AdvisedTap& tap, const TapMotion& motion) {
   const FittedForce& force = tap.analysis->force;
   TapTraits traits;
@@ -91,11 +91,11 @@ TapTraits Medians(const std::vector<TapTraits>& taps) {
         &TapTraits::approach_noise_g, &TapTraits::drift_g_s, &TapTraits::uncertainty_mm}) {
     medians.*member = MedianOf(taps, member);
   }
-  medians.drift_g_s = std::abs(medians.drift_g_s);  // of signed ones: noise has no slope
+  medians.drift_g_s = std::abs(medians.drift_g_s);  // of signed values: noise has no slope
   return medians;
 }
 
-/// In which respect settings differ; empty where they are one.
+/// Names the setting that differs between taps; empty if all agree.
 std::string MixedIn(const std::vector<TapTraits>& taps) {
   constexpr double kSame = 1.1;  // sample rates of one converter wander by some per cent
   for (const auto& [name, unit, member] :
@@ -114,7 +114,7 @@ std::string MixedIn(const std::vector<TapTraits>& taps) {
   return {};
 }
 
-/// The most frequent reason of the taps that are not good.
+/// Returns the most frequent reason of the taps that are not good.
 Finding MainReason(std::span<const AdvisedTap> taps) {
   std::map<FindingCode, std::size_t> counts;
   Finding main;
@@ -128,14 +128,14 @@ Finding MainReason(std::span<const AdvisedTap> taps) {
   return main;
 }
 
-/// A press depth, the way back and its speed.
+/// Settings: press depth, pull-back distance and its speed.
 struct Settings {
   double depth_mm = 0;
   double pull_back_mm = 0;
   double speed_mm_s = 0;
 };
 
-/// Rounds down to two digits, so that people can type it.
+/// Rounds down to two digits, for easy typing.
 double Rounded(double value) {
   const double unit = std::pow(10, std::floor(std::log10(value)) - 1);
   return unit * std::floor(value / unit + 1e-6);
@@ -157,7 +157,7 @@ Settings SettingsFor(const TapTraits& traits, double depth_mm, double by_noise_m
   const double at_one = BreakUncertainty(traits, 1, depth_mm, settings.pull_back_mm - depth_mm);
   const double by_noise = std::pow(by_noise_mm / at_one, 2);
   const double slowest = std::max(kSlowest_mm_s, settings.pull_back_mm / kLongest_s);
-  // Slower where taps get more certain by it; faster only where a pull-back takes too long.
+  // Slower if that makes taps more certain; faster only if a pull-back takes too long.
   constexpr double kClose = 0.9;  // rounded speeds stay within 10 %
   const double present = traits.pull_back_speed_mm_s;
   const double most = std::max(std::min(by_noise, fastest), slowest);
@@ -224,10 +224,10 @@ Advice AdviseSpeed(const TapTraits& traits, const Settings& settings) {
                   settings.pull_back_mm / settings.speed_mm_s)};
 }
 
-/// A high-pass of first order passes 1 - w t / 2 of a ramp of length t, and leaves s / w of a slope
-/// s.
+/// Advises a filter. A high-pass of first order passes 1 - w t / 2 of a ramp of length t, and
+/// leaves s / w of a slope s.
 Advice AdviseDriftFilter(const TapTraits& traits, double depth_mm) {
-  constexpr double kMostLost = 0.05;   // of the collision's force, until it triggers
+  constexpr double kMostLost = 0.05;   // of the collision force, until it triggers
   constexpr double kMostOffset = 0.1;  // of the press force, left by drift
   Advice advice{"drift filter", "Hz", kNan, kNan, false, {}};
   if (!std::isfinite(traits.approach_speed_mm_s)) {
@@ -251,8 +251,8 @@ Advice AdviseDriftFilter(const TapTraits& traits, double depth_mm) {
   return advice;
 }
 
-/// What heights scatter by beyond what their taps state; 0 where chance makes it once in a hundred
-/// series.
+/// Computes the heights' scatter beyond the taps' stated uncertainty; 0 if chance causes it once in
+/// a hundred series.
 double MachineScatter(const Ensemble& ensemble) {
   const int freedom = static_cast<int>(ensemble.used) - static_cast<int>(ensemble.places.size());
   const double claimed = ensemble.predicted_deviation_mm;
@@ -298,7 +298,7 @@ TapAdvice Advise(std::span<const AdvisedTap> taps, const Ensemble& ensemble, dou
     if (usable) good.push_back(TraitsOf(tap, motion));
   }
   if (good.empty() || 4 * good.size() < taps.size()) {
-    // A few that succeed among many that fail are the lucky ones, not like the others.
+    // A few good taps among many failures are lucky and not representative.
     advice.none = taps.empty() ? "there are no taps"
                                : fmt::format("{} of {} taps are good. {}", good.size(), taps.size(),
                                              Explain(MainReason(taps)));
@@ -312,7 +312,7 @@ TapAdvice Advise(std::span<const AdvisedTap> taps, const Ensemble& ensemble, dou
     advice.none = fmt::format("these taps were made with {}: give those of one setting", mixed);
     return advice;
   }
-  // A tap states more than noise alone leaves: the form of its press is not known for certain.
+  // A tap states more than noise alone causes: the form of its press is uncertain.
   const double more = std::max(1.0, traits.uncertainty_mm / advice.uncertainty_by_noise_mm);
   const Settings settings = ChooseSettings(traits, wanted_mm / more);
   const double one_mm = more * BreakUncertainty(traits, settings.speed_mm_s, settings.depth_mm,

@@ -12,10 +12,10 @@
 namespace trammel::tap {
 namespace {
 
-/// A deviation below a nanometre is no machine's: the same tap was given several times.
+/// Minimum deviation of a machine: below a nanometre the same tap was given several times.
 constexpr double kLeastDeviation_mm = 1e-6;
 
-/// A pooled sum of squares, and what leaving one tap out takes off it with a degree of freedom.
+/// Pooled sum of squares, and its reduction, with a degree of freedom, when one tap is excluded.
 struct Spread {
   double sum = 0;
   double freedom = 0;
@@ -24,10 +24,10 @@ struct Spread {
   [[nodiscard]] double Deviation() const { return std::sqrt(sum / freedom); }
 };
 
-/// The used heights of a series by place.
+/// Used heights of a series by place.
 struct Heights {
   std::vector<std::vector<double>> places;
-  std::vector<double> rest;  ///< Of all taps, less the mean of the place.
+  std::vector<double> rest;  ///< all taps, less the mean of the place
 };
 
 Heights HeightsOf(const TapSeries& series, std::span<const TapResult> usable) {
@@ -56,7 +56,8 @@ Spread AboutMeans(const Heights& heights) {
   return spread;
 }
 
-/// Standard uncertainty of the logarithm of a square's root, by leaving one tap out at a time.
+/// Computes the standard uncertainty of the logarithm of a square's root, excluding one tap at a
+/// time.
 double Jackknife(std::size_t taps, const std::function<double(std::size_t)>& square_without) {
   std::vector<double> logs;
   for (std::size_t i = 0; i < taps; ++i) {
@@ -74,7 +75,7 @@ double LogUncertainty(const Spread& spread) {
   return std::max(1 / std::sqrt(2 * spread.freedom), by_taps);
 }
 
-/// A positive quantity whose logarithm has a symmetric interval.
+/// Returns a positive quantity whose logarithm has a symmetric interval.
 Measured LogNormal(double value, double half_width, double student95) {
   return Measured::Good({value,
                          value * half_width / student95,
@@ -106,7 +107,7 @@ Measured RatioOfOwnTaps(const Spread& of_a, const Spread& of_b) {
                    t * std::hypot(LogUncertainty(of_a), LogUncertainty(of_b)), t);
 }
 
-/// Empty where scatter can be told.
+/// Returns the reason why the scatter is unknown; empty if it is known.
 std::string WhyNot(const SeriesScatter& scatter, std::size_t places, const Spread& spread) {
   if (spread.freedom < kLeastComparisonFreedom) {
     return fmt::format(
@@ -146,7 +147,7 @@ SeriesScatter ScatterOf(const TapSeries& series, const Heights& heights, const S
   return scatter;
 }
 
-/// Of the last series and the first; null where both scatters are known.
+/// Returns the last or first series without a known scatter; null if both are known.
 const SeriesScatter* FirstBad(const std::vector<SeriesScatter>& scatters) {
   for (const SeriesScatter* scatter : {&scatters.back(), &scatters.front()}) {
     if (!scatter->deviation_mm.good()) return scatter;

@@ -18,7 +18,7 @@ double Height(const TapResult& tap) { return tap.z_mm.quantity().value; }
 /// Indices of the taps at each place.
 using Group = std::vector<std::size_t>;
 
-/// Median of the slopes between all pairs at one place; 0 without any.
+/// Computes the median of the slopes between all pairs at one place; 0 without any.
 double TheilSenSlope(std::span<const TapResult> taps, const std::vector<Group>& groups) {
   constexpr std::size_t kMost = 200;
   std::vector<double> slopes;
@@ -36,7 +36,7 @@ double TheilSenSlope(std::span<const TapResult> taps, const std::vector<Group>& 
   return slopes.empty() ? 0 : Median(slopes);
 }
 
-/// Heights less the shared drift, and less the median of the place.
+/// Returns heights minus the shared drift and the median of the place.
 std::vector<double> Detrended(std::span<const TapResult> taps, const Group& group, double slope) {
   std::vector<double> rest;
   for (const std::size_t i : group) {
@@ -54,8 +54,8 @@ double Rms(std::span<const double> values) {
   return values.empty() ? kNan : std::sqrt(sum / static_cast<double>(values.size()));
 }
 
-/// Takes outliers out of the groups. The scale is that of all places together, and never below what
-/// the taps themselves claim: a lucky row of equal heights makes no outliers of the others.
+/// Removes outliers from the groups. The scale is that of all places together, and never below the
+/// taps' own uncertainty: a lucky row of equal heights makes no outliers of the others.
 std::vector<std::size_t> TakeOutliers(std::span<const TapResult> taps, std::vector<Group>& groups,
                                       double claimed_mm) {
   // Iglewicz & Hoaglin 1993, on the scale of the median absolute deviation.
@@ -83,7 +83,7 @@ std::vector<std::size_t> TakeOutliers(std::span<const TapResult> taps, std::vect
   return outliers;
 }
 
-/// Least squares with one offset per place.
+/// Fits a trend by least squares with one offset per place.
 template <class Abscissa>
 std::optional<Trend> FitTrend(std::span<const TapResult> taps, const std::vector<Group>& groups,
                               Abscissa&& abscissa) {
@@ -165,7 +165,7 @@ void AddScatter(std::span<const TapResult> taps, const std::vector<Group>& group
   ensemble.mean_step_mm = any ? steps / step_count : kNan;
 }
 
-/// The square of taps whose place is not known.
+/// Square of taps without a place.
 constexpr double kNowhere = -1e300;
 
 bool SamePlace(const TapResult& a, const TapResult& b) {
@@ -177,7 +177,7 @@ bool SamePlace(const TapResult& a, const TapResult& b) {
 
 }  // namespace
 
-/// The bed in squares of kSamePlace_mm, so that only neighbours are compared.
+/// Groups taps by squares of kSamePlace_mm, so that only neighbours are compared.
 std::vector<Group> GroupByPlace(std::span<const TapResult> taps) {
   std::vector<Group> groups;
   std::map<std::pair<double, double>, std::vector<std::size_t>> in_square;

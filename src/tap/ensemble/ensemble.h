@@ -1,4 +1,4 @@
-// What many taps say together: how well they repeat, which stand apart, whether they drift.
+// Statistics of many taps: repeatability, outliers, drift.
 #pragma once
 
 #include <cstddef>
@@ -11,48 +11,48 @@
 
 namespace trammel::tap {
 
-/// One tap of many. NaN where something is not known.
+/// One tap of many. NaN: unknown.
 struct TapResult {
   Measured z_mm;
-  double time_s = 0;  ///< Of the contact, on a clock that all taps share.
+  double time_s = 0;  ///< contact time, on a clock common to all taps
   double temperature_c = std::numeric_limits<double>::quiet_NaN();
   double x_mm = std::numeric_limits<double>::quiet_NaN();
   double y_mm = std::numeric_limits<double>::quiet_NaN();
 };
 
-/// Taps nearer to each other are at one place, mm. A head comes back to some 10 um.
+/// Maximum distance of taps at one place, mm. A head returns to some 10 um.
 inline constexpr double kSamePlace_mm = 0.1;
 
-/// A straight line through the heights, against time or temperature.
+/// Straight line through the heights, against time or temperature.
 struct Trend {
   Quantity slope;            ///< mm per s, or per degC; Student's t for the interval.
   bool significant = false;  ///< The interval does not hold 0.
 };
 
-/// What was found at one place of the bed.
+/// Result at one place of the bed.
 struct Place {
   double x_mm = 0;  ///< NaN where taps say no place.
   double y_mm = 0;
   std::size_t taps = 0;  ///< Used ones.
-  /// Their mean; its uncertainty from the scatter where there are several taps, never below what
-  /// they claim. Student's t for the interval, which a tap alone has none of (NaN).
+  /// Mean of the taps; its uncertainty is from the scatter if there are several, never below their
+  /// own. Student's t for the interval, which a single tap does not have (NaN).
   Quantity z_mm;
 };
 
-/// Scatter is that about the mean of each place, so that a mesh's shape is no scatter. Numbers that
-/// need more taps than there are, are NaN.
+/// Results of many taps. Scatter is about the mean of each place, so a mesh's shape is no scatter.
+/// Numbers that need more taps are NaN.
 struct Ensemble {
   std::size_t taps = 0;
   std::size_t good = 0;
   std::size_t used = 0;               ///< Good and no outlier.
-  std::vector<std::size_t> outliers;  ///< Which of the taps, from 0.
+  std::vector<std::size_t> outliers;  ///< indices of taps, from 0
   double range_mm = 0;                ///< The largest minus the smallest, at the worst place.
   double standard_deviation_mm = 0;   ///< Pooled over places.
   double mean_step_mm = 0;            ///< Mean size of the step from a tap to the next one there.
-  double predicted_deviation_mm = 0;  ///< What the taps' own uncertainties promise (rms).
+  double predicted_deviation_mm = 0;  ///< predicted by the taps' own uncertainties (rms)
   std::optional<Trend> with_time;
   std::optional<Trend> with_temperature;
-  std::vector<Place> places;  ///< In the order of their first tap.
+  std::vector<Place> places;  ///< sorted by first tap
 };
 
 /// @param taps  in the order of time; taps that are not good only count.
@@ -61,8 +61,8 @@ struct Ensemble {
 /// Cost: O(n log n), and O(m^2) in the taps of a place that the drift is read from, at most 400.
 [[nodiscard]] Ensemble Summarise(std::span<const TapResult> taps);
 
-/// Groups the indices of good taps by place, in the order of their first tap. Taps that say no
-/// place are at one place together. Cost: O(n log n).
+/// Groups the indices of good taps by place, in the order of their first tap. Taps without a place
+/// form one group. Cost: O(n log n).
 [[nodiscard]] std::vector<std::vector<std::size_t>> GroupByPlace(std::span<const TapResult> taps);
 
 }  // namespace trammel::tap

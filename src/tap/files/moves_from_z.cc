@@ -12,8 +12,8 @@ namespace {
 
 using tap::Move;
 
-/// Samples within this of the lowest height count as resting. Firmware computes z to far less than
-/// 1 um; files round it to that.
+/// Maximum distance from the lowest height of a sample at rest. Firmware computes z to far less
+/// than 1 um; files round it to that.
 constexpr double kRest_mm = 0.0015;
 constexpr double kMostResidual_mm = 0.003;
 constexpr std::size_t kLeastDescent = 4;
@@ -37,7 +37,7 @@ struct Cruise {
   [[nodiscard]] double TimeAt(double z) const { return time_s + (z - z_mm) / speed_mm_s; }
 };
 
-/// Least squares; nothing where the samples do not lie on a line.
+/// Fits by least squares; nothing if the samples are not on a line.
 std::optional<Cruise> Fit(const Samples& samples) {
   Cruise line{Mean(samples.time_s), Mean(samples.z_mm), 0};
   double tt = 0;
@@ -64,13 +64,13 @@ bool Usable(const Samples& samples) {
   return true;
 }
 
-/// Where the approach, the rest and the rise are, as indices.
+/// Indices of the approach, the rest and the rise.
 struct Stretches {
   std::size_t approach_end = 0;  ///< one behind its last sample
   std::size_t rise_first = 0;
   std::size_t rise_end = 0;
   double low_mm = 0;
-  double high_mm = 0;  ///< at which the pull-back ends
+  double high_mm = 0;  ///< end of the pull-back
 };
 
 std::optional<Stretches> Divide(const Samples& samples) {
@@ -114,7 +114,7 @@ std::vector<Move> MovesFromZ(std::span<const double> time_s, std::span<const dou
   const double interval = (time_s.back() - time_s.front()) / static_cast<double>(time_s.size() - 1);
   const double start = time_s.front();
   const double halt = approach->TimeAt(low);
-  // From rest to full speed at constant acceleration takes twice the time of the cruise's own way.
+  // From rest, constant acceleration takes twice the cruise's time for the same distance.
   const double ramp = interval;
   const double pull = rise->TimeAt(low) - ramp / 2;
   const double leave = rise->TimeAt(stretches->high_mm) - ramp / 2;

@@ -22,14 +22,14 @@ using tap::Recording;
 constexpr std::size_t kMostColumns = 64;
 constexpr std::size_t kMostMoves = 1000;
 
-/// One table, line after line. Where a row ends, the next call goes on.
+/// Reader of one table, line after line. The next call continues after the row.
 class Rows {
  public:
   explicit Rows(std::string_view text) : text_(text) {
     if (text_.starts_with("\xEF\xBB\xBF")) text_.remove_prefix(3);
   }
 
-  /// The fields of the next row that is neither blank nor a remark; false at the end.
+  /// Reads the next row that is neither blank nor a comment; false at the end.
   bool Next() {
     while (!text_.empty()) {
       const std::size_t end = text_.find('\n');
@@ -69,7 +69,7 @@ class Rows {
   std::vector<std::string_view> fields_;
 };
 
-/// NaN for an empty field and "nan"; nothing for what is no number.
+/// Parses a field: NaN if empty or "nan"; nothing if it is no number.
 std::optional<double> ParseField(std::string_view field) {
   if (field.empty()) return Recording::kUnknown;
   if (field.front() == '+') field.remove_prefix(1);
@@ -88,7 +88,7 @@ std::string ShowField(std::string_view field) {
   return Show(nlohmann::json(std::string(field.substr(0, 80))));
 }
 
-/// Column of a quantity among the names of the first row.
+/// Finds the column of a quantity among the names of the first row.
 std::optional<std::size_t> ColumnOf(std::span<const std::string_view> names,
                                     std::initializer_list<std::string_view> wanted) {
   for (std::size_t i = 0; i < names.size(); ++i) {
@@ -120,7 +120,7 @@ struct TapColumns {
   std::optional<std::size_t> z;
 };
 
-/// From the first row, which may be names or already numbers.
+/// Reads the columns from the first row, which may be names or already numbers.
 Result<TapColumns> ReadTapColumns(std::span<const std::string_view> first, bool& named,
                                   const std::string& name) {
   named = !first.empty() && !ParseField(first[0]);

@@ -1,4 +1,4 @@
-// Taps as tables.
+// Reads taps from tables.
 #pragma once
 
 #include <string>
@@ -10,14 +10,14 @@
 
 namespace trammel::files {
 
-/// Columns time, force and, where there is one, z; separated by comma, semicolon or tab. A first
-/// line with names may give another order; lines that begin with # are left out. "nan" and an
-/// empty field are a sample without a number.
+/// Parses the columns time, force and, optionally, z; separated by comma, semicolon or tab. A first
+/// line with names may set another order; lines that start with # are skipped. "nan" and an empty
+/// field are a sample without a number.
 /// @returns a tap without moves.
 [[nodiscard]] Result<tap::Recording> ParseTapCsv(std::string_view text, const std::string& name);
 
-/// Columns print_time, move_t, start_v, accel, start_z, z_r, named in the first line, in any order;
-/// start_x and start_y may be there. Fills moves, x_mm and y_mm of `recording`.
+/// Parses the columns print_time, move_t, start_v, accel, start_z, z_r, named in the first line, in
+/// any order; start_x and start_y are optional. Fills moves, x_mm and y_mm of `recording`.
 [[nodiscard]] Result<void> ParseMovesCsv(std::string_view text, const std::string& name,
                                          tap::Recording& recording);
 

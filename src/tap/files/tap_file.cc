@@ -19,16 +19,16 @@ using nlohmann::json;
 using tap::Move;
 using tap::Recording;
 
-/// Ten thousand taps of a thousand samples stay below this. A number of two bytes becomes one of
-/// eight.
+/// Upper limit of a file's size: ten thousand taps of a thousand samples are smaller. A number of
+/// two bytes becomes one of eight.
 constexpr std::size_t kMaxBytes = std::size_t{256} << 20;
-/// What one JSON value may take: it needs up to eight times as much memory while it is read. More
-/// taps than fit are written as JSON lines.
+/// Size limit of one JSON value: parsing needs up to eight times as much memory. More taps must be
+/// written as JSON lines.
 constexpr std::size_t kMaxJsonBytes = std::size_t{64} << 20;
 constexpr std::size_t kMostMoves = 1000;
 constexpr std::size_t kMostTaps = 100'000;
 
-/// Numbers; null stands for a sample without one.
+/// Reads numbers; null is a sample without one.
 std::vector<double> Samples(JsonObject& object, const char* key) {
   std::vector<double> samples;
   for (const auto& value : object.OptionalNumbers(key, 0, kMostTapSamples)) {
@@ -46,7 +46,7 @@ Result<Move> ReadMove(JsonObject object, Recording& recording) {
   return move;
 }
 
-/// The printer's own result, where it found one: the last of tap_pos = [x, y, z].
+/// Reads the printer's own result, if there is one: the last of tap_pos = [x, y, z].
 std::optional<double> FirmwareZ(const json& object) {
   if (object.contains("x_firmware_z_mm") && object.at("x_firmware_z_mm").is_number()) {
     return object.at("x_firmware_z_mm").get<double>();
@@ -88,7 +88,7 @@ Result<Recording> ReadTap(const json& json_tap, const std::string& name, const s
   return recording;
 }
 
-/// Goes to the taps within lists and notifications, in order.
+/// Finds the taps within lists and notifications, in order.
 class TapFinder {
  public:
   TapFinder(std::string name, std::vector<Recording>& taps) : name_(std::move(name)), taps_(taps) {}
@@ -114,7 +114,7 @@ class TapFinder {
 
  private:
   Result<void> Add(const json& value, const std::string& path) {
-    // What a printer answers to a subscription stands before the taps.
+    // A printer's reply to a subscription precedes the taps.
     if (!value.contains("time") && !value.contains("force") &&
         (value.contains("result") || value.contains("header"))) {
       return {};
@@ -150,7 +150,7 @@ Result<void> ParseValue(std::string_view text, const std::string& name,
   return TapFinder(name, taps).Find(*root, "");
 }
 
-/// Whether the first line is a value of its own and others follow.
+/// True if the first line is a complete value and others follow.
 bool IsJsonLines(std::string_view text) {
   const std::size_t end = text.find('\n');  // npos is beyond any bound
   if (end > kMaxJsonBytes) return false;
@@ -171,7 +171,7 @@ Result<void> ParseLines(std::string_view text, const std::string& name,
   return {};
 }
 
-/// What can be said of a tap before it is analysed.
+/// Adds moves and notices known before the analysis.
 void Complete(Recording& recording) {
   if (recording.moves.empty() && !recording.z_mm.empty()) {
     recording.moves = MovesFromZ(recording.time_s, recording.z_mm);
@@ -211,7 +211,7 @@ bool IsJson(std::string_view text, const std::filesystem::path& file) {
   return begins || file.extension() == ".json" || file.extension() == ".jsonl";
 }
 
-/// Refuses JSON in one piece that is too large by its beginning, before the rest is read.
+/// Refuses too large JSON in one piece by its beginning, before the rest is read.
 Result<void> CheckSize(const std::filesystem::path& file) {
   std::error_code unknown;
   const std::uintmax_t size = std::filesystem::file_size(file, unknown);

@@ -1,4 +1,4 @@
-// Recorded taps: what Klipper and its forks send as dump_taps, and CSV.
+// Reads recorded taps: dump_taps of Klipper and its forks, and CSV.
 #pragma once
 
 #include <cstddef>
@@ -12,16 +12,16 @@
 
 namespace trammel::files {
 
-/// More than a tap of ten minutes at 2000 samples per second has.
+/// Maximum number of samples: more than a tap of ten minutes at 2000 samples per second has.
 inline constexpr std::size_t kMostTapSamples = 1'200'000;
 
 /// Reads every tap of a file (docs/reference/formats.md): JSON with one tap or a list of them, JSON
 /// lines, or CSV with one tap, whose moves are read from `<stem>.moves.csv` beside it or derived
-/// from z. What the samples hold is not judged: that is the analysis' part.
+/// from z. Does not check the samples: the analysis does.
 /// @returns at least one tap, in the file's order. Errors name file, tap, key, value and remedy.
 [[nodiscard]] Result<std::vector<tap::Recording>> ReadTaps(const std::filesystem::path& file);
 
-/// The same from JSON or JSON lines already read. `name` stands for the file in messages.
+/// Parses taps from JSON or JSON lines. `name` is the file's name in messages.
 [[nodiscard]] Result<std::vector<tap::Recording>> ParseTaps(std::string_view text,
                                                             const std::string& name);
 

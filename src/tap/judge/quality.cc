@@ -12,22 +12,23 @@ constexpr double kMostApproach = 0.5;
 constexpr double kMostDeparture = 0.25;
 constexpr double kMostBaseline = 0.25;
 constexpr double kMostDwell = 0.75;
-// A pull shows in means over this part of the pull-back: short beside what ooze takes to let go
-// (tens of um), long beside a sample.
+// Share of the pull-back for means that show a pull: short against the separation of ooze (tens of
+// um), long against a sample.
 constexpr double kPullMean = 0.04;
 constexpr std::size_t kLeastOfMean = 3;
-// Of the press, between the first and the last sample of the line found for the compression; also
-// so many deviations of noise. Two samples of a press of five show a fifth.
+// Least rise, in parts of the press, between the first and last sample of the compression's line;
+// also in deviations of noise. Two samples of a press of five show a fifth.
 constexpr double kResolvedRise = 0.15;
 constexpr double kResolvedNoise = 4;
-// Scatter about that line, of its rise: 0.07 for a parabola, 0.4 and more for a step at its end.
+// Maximum scatter about that line, as a share of its rise: 0.07 for a parabola, 0.4 and more for a
+// step at its end.
 constexpr double kResolvedScatter = 0.25;
-// Samples before the halt that may have been pressed already, where no line shows it.
+// Number of samples before the halt that may be pressed already, if no line shows it.
 constexpr std::size_t kMaybePressed = 4;
 
 void MeasureBaselines(const TapLines& lines, TapShape& shape) {
   const double difference_g = lines.let_go.force_g - lines.touch.force_g;
-  // Drift explains what both baselines do, no more than the slower of them.
+  // Drift explains the common part of both baselines, no more than the slower of them.
   const double slow = std::abs(lines.approach.slope_g_s) < std::abs(lines.departure.slope_g_s)
                           ? lines.approach.slope_g_s
                           : lines.departure.slope_g_s;
@@ -39,13 +40,13 @@ void MeasureBaselines(const TapLines& lines, TapShape& shape) {
   shape.baseline_ratio = std::abs(difference_g) / shape.compression_g;
 }
 
-// Against a line through the last half of what follows the break, where the nozzle hangs free: a
-// line, so that drift does not pass for a pull. How much a mean scatters is taken from the means of
-// that half themselves, for noise is seldom white.
+// Measures the pull against a line through the last half of the free stretch after the break: a
+// line, so that drift is not taken for a pull. The means of that half determine the scatter of a
+// mean, as noise is seldom white.
 void MeasurePull(const CleanTap& clean, const TapLines& lines, double width_s, TapShape& shape) {
   const Samples& samples = clean.samples;
   const std::size_t n = samples.size();
-  // From the middle of the press on: ooze may put the elbow behind its own pull.
+  // Starts at the middle of the press: ooze may put the elbow behind its own pull.
   const std::size_t first = (lines.decompression_first + lines.break_at) / 2;
   if (!(clean.period_s > 0) || n < lines.break_at) {
     return;
@@ -87,8 +88,8 @@ void MeasurePull(const CleanTap& clean, const TapLines& lines, double width_s, T
   shape.pull_noise_g = std::hypot(of_line_g, of_mean_g);
 }
 
-// On a fast approach or with a slow converter the press happens between two samples, and no line
-// runs through it: what is found for one is flat.
+// True if the press has enough samples. On a fast approach or with a slow converter it happens
+// between two samples: a line fitted there is flat.
 bool IsCollisionResolved(const CleanTap& clean, const TapLines& lines) {
   if (!lines.has_collision || lines.compression.count < 2) {
     return false;
@@ -103,7 +104,7 @@ bool IsCollisionResolved(const CleanTap& clean, const TapLines& lines) {
          lines.touch.time_s < lines.press_end.time_s;
 }
 
-// The score then takes the halt for the collision, with all samples before and after it.
+// Uses the halt as collision for the score, with all samples before and after it.
 void TakeHaltForCollision(const CleanTap& clean, const TapMotion& motion, TapLines& lines) {
   const double halt_s = motion.approach_end_s - clean.origin_s;
   const std::size_t halt = IndexAt(clean.samples.time_s, halt_s);
@@ -115,8 +116,8 @@ void TakeHaltForCollision(const CleanTap& clean, const TapMotion& motion, TapLin
   lines.dwell_end = Intersect(lines.dwell, lines.upper);
 }
 
-// A line through a force that decays misses its peak. Means of three samples, so that one stray
-// sample makes no peak.
+// Measures the loss of force at rest. A line through a decaying force misses its peak. Means of
+// three samples, so that one stray sample makes no peak.
 double LostAtRest(const CleanTap& clean, const TapLines& lines) {
   const auto& force_g = clean.samples.force_g;
   if (lines.pull_back < lines.collision + kLeastOfMean + 1) {

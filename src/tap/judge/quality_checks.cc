@@ -9,25 +9,27 @@
 namespace trammel::tap {
 namespace {
 
-// Each limit with its origin.
-// Of the pull-back's cruise that may be left out: samples that repeat a time up to a fifth, which
-// widens the scatter by a tenth; stray ones up to a tenth, as smaller ones beside them stay in.
+// Each limit with its origin. Maximum shares of the pull-back's cruise that may be dropped: samples
+// that repeat a time up to a fifth, which widens the scatter by a tenth; stray ones up to a tenth,
+// as smaller ones beside them are not dropped.
 constexpr double kMostRepeated = 0.2;
 constexpr double kMostStray = 0.1;
-// Samples missing in a row at the break: five at a micron each are what the best taps scatter by.
+// Maximum samples missing in a row at the break: five at a micron each are the scatter of the best
+// taps.
 constexpr double kMostMissingAtBreak = 5;
-// Way of the pull-back over which a clock may step: the interval holds both of its times.
+// Maximum way of the pull-back over which a clock may step: the interval contains both of its
+// times.
 constexpr double kMostClockStep_mm = 0.001;
-// Clipped or repeated samples in the cruise: two are one step of a slow converter.
+// Maximum clipped or repeated samples in the cruise: two are one step of a slow converter.
 constexpr double kMostFrozen = 2;
-// A press of less than this many deviations has no halves that stand out by two (write-up).
+// Minimum press in deviations: below it no halves differ by two (write-up).
 constexpr double kLeastPress = 4;
-// A peak of so many deviations was an impulse, not noise.
+// Minimum peak in deviations of an impulse; lower ones are noise.
 constexpr double kImpulse = 10;
-// A free nozzle at the end of the pull-back: slope below this part of the decompression's.
+// Maximum slope of a free nozzle at the end of the pull-back, as a share of the decompression's.
 constexpr double kFreeSlope = 0.3;
-// Seen over the last part of the cruise, by as many samples as noise needs to leave a slope known
-// to an eighth of the decompression's, at least eight, at most a third of the cruise.
+// Last part of the cruise for that slope: as many samples as noise requires to determine it to an
+// eighth of the decompression's, at least eight, at most a third of the cruise.
 constexpr double kEndOfCruise = 0.15;
 constexpr double kLeastAtEnd = 8;
 constexpr double kMostOfCruise = 1.0 / 3;
@@ -37,28 +39,28 @@ constexpr double kSignificant = 4;
 // Published cut-off of the score, in parts of the compression force.
 constexpr double kMostDwell = 0.75;
 
-// Published limit of an older classifier, in percent. Sound taps, real ones too, keep 90 and more.
+// Published limit of an older classifier, in percent. Sound taps, real ones too, have 90 and more.
 constexpr double kLeastDecompression = 66.6;
 constexpr double kNoticedDecompression = 85;
-// Touch and break lie at one height, so the touch is as deep below it as the press, but for three
-// samples of the way down (a converter's filter smears it over two or three). Real clean taps
-// reach 1.0 beyond those samples, one that Prusa calls problematic 1.5; three times the press is
-// something on the nozzle for certain.
+// Limits of the touch's depth. Touch and break are at one height, so the touch is as deep below it
+// as the press, plus three samples of the way down: a converter's filter smears it over two or
+// three. Real clean taps reach 1.0 beyond those samples, one that Prusa calls problematic 1.5.
+// Three times the press is certainly something on the nozzle.
 constexpr double kNoticedTouch = 1.5;
 constexpr double kMostTouch = 3;
 constexpr double kTouchSamples = 3;
 constexpr double kPressedMidway = 0.05;  // of the press: more than baselines differ by
-// A force of a tenth of the press that comes or goes around the break moves it by a tenth of the
-// press' depth: 4.5 um of 45, more than the 4 um to which a real tap is to be known. (The published
-// score drops to 0 at a quarter.) Sound real taps show up to 3 %.
+// Limits of a force change around the break. A tenth of the press moves the break by a tenth of the
+// press' depth: 4.5 um of 45, more than the 4 um required of a real tap. (The published score drops
+// to 0 at a quarter.) Sound real taps show up to 3 %.
 constexpr double kMostBaseline = 0.10;
 constexpr double kNoticedBaseline = 0.05;
 constexpr double kMostPull = 0.10;
 constexpr double kNoticedPull = 0.05;
 constexpr double kPullSignificance = 5;
-// Over a pull-back a tenth of the press.
+// Drift over a pull-back: a tenth of the press.
 constexpr double kNoticedDrift = 0.10;
-// Published advice is to probe at 140 degC; heaters overshoot by some.
+// Maximum nozzle temperature: published advice is to probe at 140 degC; heaters overshoot by some.
 constexpr double kMostNozzle_c = 150;
 constexpr double kLeastPressDepth_mm = 0.020;
 
@@ -101,7 +103,7 @@ Finding CheckSamples(const CleanTap& clean, const TapMotion& motion, const TapLi
   return refusal;
 }
 
-// The highest mean of three samples around the halt.
+// Returns the highest mean of three samples around the halt.
 double PeakBeforePullBack(const CleanTap& clean, const TapLines& lines) {
   double peak = 0;
   const auto& force_g = clean.samples.force_g;
@@ -115,7 +117,7 @@ double PeakBeforePullBack(const CleanTap& clean, const TapLines& lines) {
 Finding CheckPress(const CleanTap& clean, const TapMotion& motion, const TapLines& lines) {
   const double press_g = std::abs(clean.dwell_g - clean.departure_g);
   const double least_g = kLeastPress * clean.noise_g;
-  // Written so that NaN, where there are no samples, is a refusal.
+  // Negated so that NaN, without samples, is a refusal.
   if (!(press_g > least_g)) {
     const double peak_g = PeakBeforePullBack(clean, lines);
     return peak_g > kImpulse * clean.noise_g && peak_g > 2 * press_g
@@ -147,9 +149,8 @@ Finding CheckPress(const CleanTap& clean, const TapMotion& motion, const TapLine
   return {};
 }
 
-// Whether the force was already up halfway between a touch and the halt. Where a slow converter or
-// its filter hides the collision, the touch found may be a chance of the noise, long before the
-// bed.
+// True if the force was already up halfway between a touch and the halt. If a slow converter or its
+// filter hides the collision, the touch found may be noise, long before the bed.
 bool IsPressedMidway(const CleanTap& clean, const TapMotion& motion, const TapLines& lines) {
   const double halt_s = motion.approach_end_s - clean.origin_s;
   const auto& times = clean.samples.time_s;
@@ -175,7 +176,7 @@ Finding CheckTouch(const TapMotion& motion, const CleanTap& clean, const TapLine
   const double noticed_g =
       std::max(kNoticedBaseline * shape.compression_g, kSignificant * clean.noise_g);
   const double baseline_g = shape.unexplained_baseline_g;
-  // The published score lets each of the two pass alone; together they are plastic on the nozzle.
+  // The published score accepts either alone; together they indicate plastic on the nozzle.
   if (slow && (shape.touch_depth_mm > most_mm || baseline_g > noticed_g)) {
     return {FindingCode::kSlowCollision, shape.touch_depth_mm,
             shape.touch_depth_mm > most_mm ? most_mm : noticed_mm};

@@ -14,10 +14,10 @@ namespace {
 using test_support::TapDrawing;
 
 constexpr int kTaps = 200;
-// At most 2 % of good taps may be refused.
+// Limit: 2 % of the good taps.
 constexpr int kMostRefused = kTaps / 50;
 
-// What all methods are asked, without what a method adds.
+// Result of the checks common to all methods, without a method's own.
 struct Checked {
   TapAnalysis result;
   Finding refusal;

@@ -1,4 +1,4 @@
-// Advice on how to tap and the noise by frequency, in words and as JSON.
+// Writes advice on taps and the noise by frequency, in words and as JSON.
 #pragma once
 
 #include <nlohmann/json.hpp>
@@ -9,10 +9,10 @@
 
 namespace trammel::report {
 
-/// Noise and its lines, then a line a setting: those that change first.
+/// Returns the noise and its lines, then a line for each setting: those that change first.
 [[nodiscard]] std::string AdviceText(const tap::TapAdvice& advice, const tap::NoiseSpectrum& noise);
 
-/// One object (docs/reference/formats.md).
+/// Returns one object (docs/reference/formats.md).
 [[nodiscard]] nlohmann::ordered_json JsonOf(const tap::TapAdvice& advice,
                                             const tap::NoiseSpectrum& noise);
 

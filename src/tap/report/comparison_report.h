@@ -1,4 +1,4 @@
-// Series of taps side by side, as a table and as JSON.
+// Writes a comparison of series of taps, as a table and as JSON.
 #pragma once
 
 #include <nlohmann/json.hpp>
@@ -9,10 +9,10 @@
 
 namespace trammel::report {
 
-/// A row a series; those that repeat better or worse than the first are named.
+/// Returns a row for each series; names those that repeat better or worse than the first.
 [[nodiscard]] std::string ComparisonText(std::span<const tap::SeriesScatter> series);
 
-/// A list of objects (docs/reference/formats.md).
+/// Returns a list of objects (docs/reference/formats.md).
 [[nodiscard]] nlohmann::ordered_json JsonOf(std::span<const tap::SeriesScatter> series);
 
 }  // namespace trammel::report

@@ -1,4 +1,4 @@
-// One tap: its curve, its break, what the fit leaves.
+// Draws one tap: its curve, its break, the residuals of the fit.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -24,10 +24,10 @@ constexpr double kCurvePx = 300;
 constexpr double kBreakPx = 310;
 constexpr double kResidualPx = 170;
 constexpr double kApartPx = 12;  // from a plot to the title below it
-/// More dots than this only blacken the page.
+/// Maximum number of dots: more only blacken the page.
 constexpr std::size_t kMostDots = 4000;
 
-/// The samples of the pull-back's cruise, as the fit saw them.
+/// Samples of the pull-back's cruise in the fit.
 struct BreakSamples {
   std::vector<double> height_um;  ///< above `zero_mm`
   std::vector<double> force_g;
@@ -50,8 +50,8 @@ double Fitted(const FittedForce& force, double z_mm) {
   return value;
 }
 
-/// What the free cell reads: forces are shown from there, because what a cell reads without a load
-/// is its tare and says nothing of the tap. The median of the last fifth where nothing was fitted.
+/// Returns the free cell's reading, the zero of the forces shown. Without a load a cell reads its
+/// tare, which is unrelated to the tap. Without a fit: the median of the last fifth.
 double Tare(const PlottedTap& tap) {
   if (tap.contact.force.fitted) return tap.contact.force.baseline_g;
   const std::vector<double>& forces = tap.recording.force_g;
@@ -64,7 +64,7 @@ double Tare(const PlottedTap& tap) {
 
 bool Good(const TapAnalysis& analysis) { return analysis.verdict == Verdict::kGood; }
 
-/// A finite time that times are shown from.
+/// Returns a finite time as origin of displayed times.
 double TimeZero(const tap::Recording& recording) {
   for (const double time : recording.time_s) {
     if (std::isfinite(time)) return time;
@@ -72,7 +72,7 @@ double TimeZero(const tap::Recording& recording) {
   return 0;
 }
 
-/// From where times and forces are shown.
+/// Origin of the times and forces shown.
 struct Zero {
   double time_s = 0;
   double force_g = 0;
@@ -100,7 +100,7 @@ void ShadeMoves(Plot& plot, const tap::TapMotion& motion, double zero_s, const R
   shade(motion.pull_back_start_s, motion.pull_back_end_s, WithAlpha(kSky, 0.22));
 }
 
-/// From shortly before the collision to the end: a long way down says nothing.
+/// Returns the range from shortly before the collision to the end: a long way down is irrelevant.
 Range ShownTimes(const PlottedTap& tap, const tap::TapMotion* motion, double zero_s) {
   std::vector<double> times;
   for (const double time : tap.recording.time_s) times.push_back(time - zero_s);
@@ -165,7 +165,7 @@ BreakSamples CollectBreak(const PlottedTap& tap, const tap::TapMotion& motion) {
   return samples;
 }
 
-/// The published method's last two lines, in height.
+/// Returns the published method's last two lines, in height.
 std::vector<DataPoint> OldLines(const TapAnalysis& two_line, const BreakSamples& samples) {
   std::vector<DataPoint> line;
   bool begun = false;
@@ -197,7 +197,7 @@ std::vector<DataPoint> FitCurve(const FittedForce& fit, const BreakSamples& samp
   return curve;
 }
 
-/// Answers of both methods, as lines and the band of ours.
+/// Draws the results of both methods, as lines and the band of ours.
 void DrawAnswers(Plot& plot, const PlottedTap& tap, double zero_mm) {
   if (Good(tap.contact)) {
     plot.ShadeX({(tap.contact.contact_mm.interval95.lo - zero_mm) * kUmPerMm,
@@ -237,7 +237,7 @@ void DrawBreak(Canvas& canvas, const RectPx& outer, const PlottedTap& tap,
             {.color = kNewMethod, .width_px = 2});
 }
 
-/// Around the answers, wide enough to show the noise and both methods.
+/// Returns a range around the results that shows the noise and both methods.
 Range CloseUp(const PlottedTap& tap, const BreakSamples& samples, const Range& whole) {
   constexpr double kLeast_um = 12;
   double half = kLeast_um;
@@ -308,7 +308,7 @@ constexpr const char* kCaption =
     "contact; the nozzle lets go where the press leaves the baseline. Bottom: samples minus fit; a "
     "wave or a bow there would mean that the form of the press is not that of the fit.";
 
-/// What is drawn, and how high it is.
+/// Content of the figure, and its height.
 struct Content {
   const tap::TapMotion* motion = nullptr;
   BreakSamples samples;
@@ -317,7 +317,7 @@ struct Content {
   bool answered = false;
 };
 
-/// Side by side, or below each other where there is no room.
+/// Draws side by side, or one below the other if the width is small.
 Canvas Draw(const PlottedTap& tap, const Content& content, double width_px) {
   const bool broad = width_px >= kFigureWidthPx;
   Canvas measure(width_px, 1);

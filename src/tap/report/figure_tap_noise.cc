@@ -1,4 +1,4 @@
-// The noise of a load cell by frequency.
+// Draws the noise of a load cell by frequency.
 #include <fmt/format.h>
 
 #include <algorithm>

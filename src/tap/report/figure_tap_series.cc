@@ -1,4 +1,4 @@
-// Many taps: their heights one after the other, and over the bed.
+// Draws many taps: their heights in sequence, and over the bed.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -18,7 +18,7 @@ bool IsOutlier(const tap::Ensemble& ensemble, std::size_t tap) {
   return std::binary_search(ensemble.outliers.begin(), ensemble.outliers.end(), tap);
 }
 
-/// Heights are counted from the mean of what was used.
+/// Returns the mean of the used heights, their origin.
 double MeanHeight(std::span<const PlottedTap> taps, const tap::Ensemble& ensemble) {
   double sum = 0;
   double count = 0;
@@ -67,7 +67,7 @@ void DrawSeries(Plot& plot, const std::vector<SeriesPoint>& series, bool joined)
   }
 }
 
-/// A mark on the axis for each tap without a height.
+/// Draws a mark on the axis for each tap without a height.
 void DrawRefused(Plot& plot, std::span<const PlottedTap> taps, double y, const Color& color) {
   for (std::size_t i = 0; i < taps.size(); ++i) {
     if (taps[i].contact.verdict == Verdict::kGood) continue;
@@ -75,7 +75,7 @@ void DrawRefused(Plot& plot, std::span<const PlottedTap> taps, double y, const C
   }
 }
 
-/// Where several taps have it: the same series as another program read it.
+/// Draws another program's heights of the same series, if several taps have them.
 template <class Height>
 void DrawOther(Plot& plot, std::span<const PlottedTap> taps, double zero_mm, const Color& color,
                Height&& height_mm) {
@@ -87,7 +87,7 @@ void DrawOther(Plot& plot, std::span<const PlottedTap> taps, double zero_mm, con
   }
 }
 
-/// Whole numbers only.
+/// Returns an axis with whole numbers only.
 Axis TapAxis(std::size_t taps) {
   Axis axis{"tap", {0.5, static_cast<double>(taps) + 0.5}, 10};
   for (const double tick : NiceTicks(axis.range, 10)) {
@@ -105,8 +105,8 @@ double PrinterHeight(const PlottedTap& tap) {
   return tap.recording.firmware_z_mm.value_or(tap::Recording::kUnknown);
 }
 
-/// What the printer's results lie above ours in the mean: it may take another point of the tap for
-/// its height, and then only the scatter about that compares. 0 without any.
+/// Returns the printer's mean height above ours: it may use another point of the tap, so that only
+/// the scatter about the mean compares. 0 without any.
 double PrinterOffset(std::span<const PlottedTap> taps) {
   double sum = 0;
   double count = 0;
@@ -205,9 +205,9 @@ std::optional<Figure> SeriesFigure(std::span<const PlottedTap> taps,
 
 namespace {
 
-/// Half the distance of the nearest two places, as the size of a tile.
+/// Returns half the distance of the nearest two places, as the size of a tile.
 double TileSize(const std::vector<tap::Place>& places) {
-  constexpr std::size_t kMost = 1000;  // of places looked at: beyond that tiles are dots anyway
+  constexpr std::size_t kMost = 1000;  // number examined: beyond that tiles are dots anyway
   double nearest = std::numeric_limits<double>::infinity();
   const std::size_t count = std::min(places.size(), kMost);
   for (std::size_t i = 0; i < count; ++i) {
@@ -226,7 +226,7 @@ Range Spread(const std::vector<tap::Place>& places, double tap::Place::*axis, do
   return {range.lo - margin, range.hi + margin};
 }
 
-/// The rectangle of the bed's shape within the room.
+/// Returns the rectangle of the bed's shape within the room.
 RectPx BedRect(const RectPx& room, const Range& x, const Range& y) {
   const double scale = std::min(room.width / (x.hi - x.lo), room.height / (y.hi - y.lo));
   return {room.x, room.y, scale * (x.hi - x.lo), scale * (y.hi - y.lo)};
@@ -234,7 +234,8 @@ RectPx BedRect(const RectPx& room, const Range& x, const Range& y) {
 
 std::string HeightText(double height_um) { return fmt::format("{:+.1f}", height_um); }
 
-/// The size at which all heights fit into tiles of this width; 0 where they would be too small.
+/// Returns the text size at which all heights fit into tiles of this width; 0 if it would be too
+/// small.
 double HeightTextPx(const Canvas& canvas, const std::vector<double>& heights_um, double tile_px) {
   constexpr double kMostPx = 12;
   constexpr double kLeastPx = 7;

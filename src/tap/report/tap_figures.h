@@ -1,4 +1,4 @@
-// The figures of taps, after the plots of the write-up (docs/howto/tap.md): the published
+// Draws the figures of taps, after the plots of the write-up (docs/howto/tap.md): the published
 // decomposition in orange, trammel's contact in green.
 #pragma once
 
@@ -14,21 +14,22 @@
 
 namespace trammel::report {
 
-/// The published method and ours, as the write-up colours old and new; told apart in grey too.
+/// Colours of the published method and ours, as in the write-up for old and new; distinguishable in
+/// grey too.
 inline constexpr Color kOldMethod = kVermilion;
 inline constexpr Color kNewMethod = kGreen;
 inline constexpr Color kSample = kGrey;
 
-/// One tap as both methods read it.
+/// Tap with the results of both methods.
 struct PlottedTap {
   tap::Recording recording;
   tap::TapAnalysis contact;
   tap::TapAnalysis two_line;
-  double latency_s = 0;  ///< That both took into account.
+  double latency_s = 0;  ///< used by both
 };
 
-// None names an answer unless its verdict is good. No input makes them fail: no samples, unsorted
-// times, values that are not finite and absurd moves are shown as far as they go.
+// The figures show a result only if its verdict is good. They accept any input: no samples,
+// unsorted times, values that are not finite and absurd moves are drawn as far as possible.
 
 /// "tap": force against time with the points and lines of both methods; force against height around
 /// the break with the fit and its interval, whole and enlarged; what the fit leaves.

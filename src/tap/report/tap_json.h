@@ -1,4 +1,4 @@
-// What was found in taps, as JSON.
+// Results of taps, as JSON.
 #pragma once
 
 #include <nlohmann/json_fwd.hpp>
@@ -10,21 +10,21 @@
 
 namespace trammel::report {
 
-/// A tap as recorded, with what was found in it.
+/// Recorded tap with its analysis.
 struct AnalysedTap {
   tap::Recording recording;
   tap::TapAnalysis analysis;
-  std::string unread;  ///< Why the file could not be read, in its place in a list; else empty.
+  std::string unread;  ///< why the file could not be read, in its place in a list; else empty
 };
 
-/// One object (docs/reference/formats.md). Its three numbers are null unless the verdict
-/// is good.
+/// Returns one object (docs/reference/formats.md). Its three numbers are null unless the verdict is
+/// good.
 [[nodiscard]] nlohmann::ordered_json JsonOf(const AnalysedTap& tap);
 
-/// A list of such objects, in the same order.
+/// Returns a list of such objects, in the same order.
 [[nodiscard]] nlohmann::ordered_json JsonOf(std::span<const AnalysedTap> taps);
 
-/// One object: `taps`, that list, and `ensemble`, what they say together.
+/// Returns one object: `taps`, that list, and `ensemble`, their common results.
 [[nodiscard]] nlohmann::ordered_json JsonOf(std::span<const AnalysedTap> taps,
                                             const tap::Ensemble& ensemble);
 

@@ -14,7 +14,7 @@
 namespace trammel::report {
 namespace {
 
-/// More pictures than these make no page better, only longer; the table has them all.
+/// Maximum number of pictures: more only lengthen the page; the table has all taps.
 constexpr std::size_t kMostTaps = 12;
 
 std::string Quiet(std::string_view text) {
@@ -40,7 +40,7 @@ std::string HeadOfOne(const PlottedTap& tap) {
   return HeadCard(contact.verdict, body);
 }
 
-/// The lowest and the highest of the places of a mesh.
+/// Describes the lowest and the highest place of a mesh.
 std::string HeightsOfPlaces(const tap::Ensemble& ensemble) {
   const auto [low, high] = std::minmax_element(
       ensemble.places.begin(), ensemble.places.end(),

@@ -1,4 +1,4 @@
-// One HTML page on a tap or on many.
+// Writes an HTML page on one tap or many.
 #pragma once
 
 #include <span>
@@ -17,10 +17,11 @@ struct TapReportInput {
   tap::TapAdvice advice;
 };
 
-/// In the order of the page: series, mesh, the single taps, at most `most_taps` of them, noise.
+/// Draws, in the page's order: series, mesh, the single taps, at most `most_taps` of them, noise.
 [[nodiscard]] std::vector<Figure> TapFigures(const TapReportInput& input, std::size_t most_taps);
 
-/// Stands alone: nothing is loaded from elsewhere. Text from outside may hold any bytes.
+/// Returns a self-contained page: nothing is loaded from elsewhere. Text from outside may have any
+/// bytes.
 [[nodiscard]] std::string TapReport(const TapReportInput& input);
 
 }  // namespace trammel::report

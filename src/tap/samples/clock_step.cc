@@ -10,20 +10,20 @@
 namespace trammel::tap {
 namespace {
 
-constexpr float kOff = 0.15F;  // of a period, off the grid
+constexpr float kOff = 0.15F;  // deviation from the grid, in periods
 constexpr std::size_t kMostIrregular =
     3;                                   // distances: more are no steps, but a clock that scatters
 constexpr std::size_t kLeastBeside = 4;  // samples on either side of a step
 constexpr std::size_t kMostBeside = 12;
 
-// Distance over the period, beyond whole periods.
+// Computes the distance in periods, beyond whole periods.
 float OffGrid(float distance, float period_s) {
   const float periods = distance / period_s;
   return periods - std::max(1.0F, std::nearbyint(periods));
 }
 
-// Mean distance in time from the grid through `from`, over the samples next to it on one side;
-// NaN where there are too few up to the next irregular distance.
+// Computes the mean distance in time from the grid through `from`, over the adjacent samples on one
+// side; NaN if there are too few up to the next irregular distance.
 double MeanOff(std::span<const float> time_s, std::size_t from, int way, double period_s) {
   double sum = 0;
   std::size_t count = 1;
@@ -76,7 +76,7 @@ ClockSteps TakeOutClockSteps(std::span<float> time_s, double period_s) {
     const double gap_s = time_s[at] - time_s[at - 1];
     const double step_s =
         gap_s - period_s + MeanOff(time_s, at, 1, period_s) - MeanOff(time_s, at - 1, -1, period_s);
-    // A sample next to the gap may itself be late: what lies beside it is on the grid, then.
+    // A sample next to the gap may itself be late: the next one is on the grid, then.
     if (!(std::abs(OffGrid(static_cast<float>(step_s) + period, period)) > kOff)) {
       continue;
     }

@@ -91,7 +91,7 @@ TEST(ClockStep, IsRefusedByNameWhereItMovesTheBreakByMicrons) {
   }
 }
 
-// On either clock: of the truth, and of the truth as it would be were the later clock the moves'.
+// Compares with the truth on either clock: as is, and as if the later clock were the moves'.
 TEST(ClockStep, LeavesBothReadingsInTheIntervalWhereItIsSmall) {
   constexpr int kTaps = 200;
   constexpr double kSpeed_mm_s = 0.32;

@@ -13,23 +13,24 @@ namespace trammel::tap {
 namespace {
 
 constexpr double kClipWidths = 2;  // of the pull-back: the write-up
-// Where the approach is not known the press is taken to have begun this many widths before.
+// Start of the press before the pull-back, in its widths, if the approach is unknown.
 constexpr double kUnknownDwellWidths = 4;
-// Medians of so many values scatter by a third of one value, of differences by a fifth.
+// Numbers of values for medians: of values, which scatter by a third of one value; of differences,
+// by a fifth.
 constexpr std::size_t kLevelSamples = 15;
 constexpr std::size_t kNoiseSamples = 31;
 // Median of |difference of two normal values| over their standard deviation: 0.6745 sqrt 2.
 constexpr double kMedianDifference = 0.9539;
-// A gap of 1.75 periods is a sample lost; times of real converters scatter by a tenth of a period.
+// Gap of a lost sample, in periods; times of real converters scatter by a tenth of a period.
 constexpr double kGapPeriods = 1.75;
-// A spike stands out by ten deviations (none in 10^20 samples) and by a quarter of the press, which
-// ringing after an impact does not return from within three samples.
+// Limits of a spike: ten deviations (none in 10^20 samples), a quarter of the press, and three
+// samples, within which ringing after an impact does not return.
 constexpr double kSpikeDeviations = 10;
 constexpr double kSpikeOfPress = 0.25;
 constexpr std::size_t kSpikeLength = 3;
-// Chance that sound noise looks stuck or saturated.
+// Probability that sound noise looks stuck or saturated.
 constexpr double kFalseAlarm = 1e-4;
-// Where every other value equals the one before, steps of the converter hide the noise.
+// If every other value equals the one before, steps of the converter hide the noise.
 constexpr double kTiesOfCoarseSteps = 0.5;
 constexpr double kTiesOfFineSteps = 0.1;
 constexpr std::size_t kLeastSaturated = 6;
@@ -46,21 +47,21 @@ Stretch Clip(const TapView& tap, const TapMotion& motion) {
           static_cast<std::size_t>(end - tap.time_s.begin())};
 }
 
-// Times count from the pull-back's start.
+// Returns the cruise; times count from the pull-back's start.
 Stretch CruiseOf(std::span<const float> time_s, const TapMotion& motion) {
   return {IndexAt(time_s, motion.cruise_start_s - motion.pull_back_start_s),
           IndexAt(time_s, motion.cruise_end_s - motion.pull_back_start_s)};
 }
 
-// Whether values are held while the host goes on reading: at the start of the pull-back, where the
-// force falls, neighbours are equal more often than the converter's step and the noise explain.
-// Where steps are coarse beside what changes there, equal neighbours say nothing.
+// True if values repeat while the host reads on. At the pull-back's start, where the force falls,
+// neighbours are then equal more often than step and noise explain. If steps are coarse compared
+// with the changes there, equal neighbours prove nothing.
 bool AreHeld(std::span<const float> time_s, std::span<const float> force_g) {
   constexpr std::size_t kLeastTies = 2;
   constexpr double kFewTies = 0.05;
   constexpr double kCoarse = 0.3;  // the step, of the median change
-  // Chance of a tie for fine steps: the density of changes at 0, at most 0.27 over their median for
-  // noise alone; thrice that is no chance.
+  // Probability of a tie for fine steps: the density of changes at 0, at most 0.27 over their
+  // median for noise alone; three times that is not by chance.
   constexpr double kNoChance = 3 * 0.27;
   if (force_g.size() < 2) {
     return false;
@@ -68,7 +69,7 @@ bool AreHeld(std::span<const float> time_s, std::span<const float> force_g) {
   if (CountPairs(force_g, [](float a, float b) { return a == b; }) < kLeastTies) {
     return false;
   }
-  // At an extreme the range of the converter makes equal ones.
+  // Equal values at an extreme come from the converter's range.
   const auto [lowest, highest] = std::minmax_element(force_g.begin(), force_g.end());
   float least = std::numeric_limits<float>::infinity();
   std::array<float, kNoiseSamples> changes{};
@@ -96,11 +97,11 @@ bool AreHeld(std::span<const float> time_s, std::span<const float> force_g) {
   return least < kCoarse * median && share > kNoChance * least / median + kFewTies;
 }
 
-// Leaves out held values: the first is the fresh one.
+// Drops held values: the first is the new one.
 std::size_t DropHeld(std::span<float> time_s, std::span<float> force_g, const TapMotion& motion,
                      CleanTap& clean) {
-  // Of the cruise: at its start the force falls, so that coarse steps make no equal neighbours; at
-  // its end it is flat, and there are more samples.
+  // Tests both ends of the cruise. At its start the force falls, so that coarse steps make no equal
+  // neighbours; at its end it is flat, and there are more samples.
   constexpr std::size_t kPart = 4;
   const Stretch cruise = CruiseOf(time_s, motion);
   const std::size_t n = force_g.size();
@@ -186,7 +187,7 @@ void FindSaturation(std::span<const float> force_g, Stretch cruise, CleanTap& cl
   for (const float extreme : {lowest, highest}) {
     const auto count =
         static_cast<std::size_t>(std::count(force_g.begin(), force_g.end(), extreme));
-    // A full converter stays so; noise reaches its extreme here and there.
+    // A saturated converter repeats its extreme; noise reaches it here and there.
     const std::size_t in_row =
         CountPairs(force_g, [extreme](float a, float b) { return a == extreme && b == extreme; });
     if (lowest < highest && count >= kLeastSaturated && 3 * in_row > count &&
@@ -199,8 +200,8 @@ void FindSaturation(std::span<const float> force_g, Stretch cruise, CleanTap& cl
   }
 }
 
-// Where a converter's step is finer than the noise, a run of equal neighbours that chance would
-// make once in 1 / kFalseAlarm taps is a converter that repeats itself, or is full.
+// Detects a converter that repeats itself, or is full, if its step is finer than the noise. Chance
+// makes such a run of equal neighbours once in 1 / kFalseAlarm taps.
 void FindTies(std::span<const float> force_g, Stretch cruise, CleanTap& clean) {
   const std::size_t ties = CountPairs(force_g, [](float a, float b) { return a == b; });
   if (ties + 1 < kLeastSaturated / 2) {
@@ -223,7 +224,7 @@ void FindTies(std::span<const float> force_g, Stretch cruise, CleanTap& clean) {
   }
 }
 
-// Marks samples as NaN that leave their neighbourhood and come back to it within kSpikeLength.
+// Sets samples to NaN that leave their neighbourhood and return within kSpikeLength.
 // @param moving_g  Noise before the collision: the way down is faster and shakes the cell.
 void MarkSpikes(std::span<float> force_g, double moving_g, Stretch collision, Stretch cruise,
                 CleanTap& clean) {
@@ -330,7 +331,7 @@ CleanTap CleanSamples(const TapView& tap, const TapMotion& motion, Workspace& wo
   const double moving_g = halt < 2 ? 0 : MedianOver<kNoiseSamples>({1, halt}, [&](std::size_t i) {
                                            return std::abs(force_g[i] - force_g[i - 1]);
                                          }) / kMedianDifference;
-  // Around the halt forces jump by themselves.
+  // Forces jump around the halt.
   const std::size_t around = 2 + (pull_back - halt) / 8;
   MarkSpikes(force_g, moving_g, {halt - std::min(halt, around), halt + around}, cruise, clean);
   const std::size_t kept = clean.spikes + clean.duplicated > 0 ? Compact(time_s, force_g) : n;

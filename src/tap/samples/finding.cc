@@ -8,7 +8,7 @@
 namespace trammel::tap {
 namespace {
 
-/// In the sentence {0} is the figure, {1} the limit.
+/// Text of a finding; in the sentence {0} is the figure, {1} the limit.
 struct Entry {
   FindingCode code;
   std::string_view name;

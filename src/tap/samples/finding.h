@@ -1,4 +1,4 @@
-// Every reason for which a tap is refused, and every notice, by name.
+// Names of all reasons for which a tap is refused, and of all notices.
 #pragma once
 
 #include <span>
@@ -9,10 +9,10 @@
 
 namespace trammel::tap {
 
-/// The unit of figure and limit stands behind each.
+/// Code of a finding; its comment contains the units of figure and limit.
 enum class FindingCode : std::uint8_t {
   kNone,
-  // The recording.
+  // Recording.
   kNoSamples,       ///< Samples there are; the least that are needed.
   kTooManySamples,  ///< Samples there are; the most that are looked at.
   kUnsortedTimes,   ///< Samples that are earlier than the one before them; 0.
@@ -23,7 +23,7 @@ enum class FindingCode : std::uint8_t {
   kNoCruise,        ///< Upward moves at constant speed; the least that are needed.
   kMovesOutside,    ///< s of the pull-back's cruise without samples; the most allowed.
   kSmallWorkspace,  ///< Bytes given; bytes needed.
-  // The samples: notices, and refusals where they reach into the pull-back.
+  // Samples: notices, and refusals where they affect the pull-back.
   kDuplicateTimes,    ///< Samples that repeat a time; the most that are borne.
   kClockStep,         ///< ms by which the samples' clock stepped; the most that is borne.
   kDroppedSamples,    ///< Samples missing; the most in a row that are borne.
@@ -33,12 +33,12 @@ enum class FindingCode : std::uint8_t {
   kStuckSamples,      ///< Samples in a row of one value; the most in the pull-back that are borne.
   kSaturatedSamples,  ///< Samples at the end of the range; the most in the pull-back.
   kHum50Hz,           ///< gf of amplitude; Hz at which it appears.
-  kHum60Hz,           ///< As above.
-  kHum100Hz,          ///< As above.
-  kHum120Hz,          ///< As above.
+  kHum60Hz,           ///< as above
+  kHum100Hz,          ///< as above
+  kHum120Hz,          ///< as above
   kDrift,             ///< gf/s; the most without a word.
   kHotNozzle,         ///< degC; the most at which no filament oozes.
-  // What was pressed on.
+  // Findings about the surface pressed on.
   kNoContact,       ///< gf by which the force at rest stands out; least.
   kMidAirImpulse,   ///< gf that were reached on the way down and gone before the pull-back; most.
   kStillInContact,  ///< gf/s at the pull-back's end; the most that is flat.
@@ -50,7 +50,7 @@ enum class FindingCode : std::uint8_t {
   kLowDecompressionForce,      ///< % of the compression force; least.
   kLowTapQuality,              ///< Score; least.
   kShortPress,                 ///< mm; least without a word.
-  // The published method's own.
+  // Published method only.
   kTooFewProbingMoves,        ///< Moves; 5.
   kTooManyProbingMoves,       ///< Moves; 6.
   kCoastingMoveAcceleration,  ///< mm/s^2 of the approach's cruise; 0.
@@ -62,7 +62,7 @@ enum class FindingCode : std::uint8_t {
   kTapBreakContactTooLate,    ///< s from the pull-back's start to the break; most.
   kTapPullbackTooShort,       ///< % of the pull-back that is over at the break; most.
   kDecompressionNotSplit,     ///< Deviations of noise from its ends to its middle; least.
-  // The break, as the method sees it.
+  // Break, by the contact method.
   kFewSamplesInCruise,  ///< Samples during the pull-back's cruise; the least that are needed.
   kNoBreak,             ///< gf by which the press stands out at the pull-back's cruise; least.
   kBreakAtEdge,         ///< Samples between the break and the nearer end of the cruise; least.
@@ -72,23 +72,24 @@ enum class FindingCode : std::uint8_t {
   kOutliersForgotten,  ///< Samples of the pull-back that were given little weight; 0.
   kHumRemoved,         ///< gf of amplitude of the mains line that was fitted; 0.
   kPressTrimmed,       ///< Share of the press, from its deepest end, that was left out; 0.
-  kCorrelatedNoise,    ///< By which correlation widens the interval; 1.
+  kCorrelatedNoise,    ///< factor by which correlation widens the interval; 1
   kFormLeftOpen,       ///< mm between the answers of the forms of press in question; mm of the
                        ///< interval to either side.
   kApproachDiffers,    ///< mm from the break up to where the approach met the bed; the most.
 };
 
-/// Its name in JSON, as "no_samples".
+/// Returns the code's name in JSON, as "no_samples".
 [[nodiscard]] std::string_view Name(FindingCode code);
 
-/// A sentence with the figure, its limit and what to do.
+/// Returns a sentence with the figure, its limit and the remedy.
 [[nodiscard]] std::string Explain(const Finding& finding);
 
-/// The same into memory of the caller, cut to its size and ended by a zero; allocates nothing.
+/// Writes the sentence into memory of the caller, cut to its size and zero-terminated; allocates
+/// nothing.
 /// @returns the length of the whole sentence, without the zero.
 std::size_t ExplainTo(std::span<char> text, const Finding& finding);
 
-/// The contact as a quantity, or the verdict with the reason in a sentence.
+/// Returns the contact as a quantity, or the verdict with the reason in a sentence.
 [[nodiscard]] Measured ContactOf(const TapAnalysis& analysis);
 
 }  // namespace trammel::tap

@@ -13,7 +13,8 @@ namespace {
 constexpr std::array<double, 4> kLines_hz = {50, 60, 100, 120};
 constexpr double kFalseAlarm = 1e-4;
 constexpr double kLeastOfNoise = 0.5;
-// Fewer periods than these on the flat part are told from a slope or from each other by chance.
+// Minimum number of periods on the flat part: fewer are not distinguishable from a slope or from
+// each other.
 constexpr double kLeastPeriods = 3;
 
 double Fold(double frequency_hz, double rate_hz) {
@@ -23,7 +24,7 @@ double Fold(double frequency_hz, double rate_hz) {
 
 struct Power {
   std::array<double, kLines_hz.size()> amplitude{};
-  double noise_g2 = 0;  // with all the power in it
+  double noise_g2 = 0;  // including all power
 };
 
 Power FitSines(const Samples& samples, std::size_t first, std::size_t end, const LineFit& line,
@@ -60,7 +61,7 @@ Hum FindHum(const Samples& samples, std::size_t first, std::size_t end, const Li
     const double seen_hz = Fold(kLines_hz[k], 1 / period_s);
     const double amplitude = power.amplitude[k];
     const double rest_g2 = std::max(power.noise_g2 - amplitude * amplitude / 2, 0.0);
-    // Neither to be told from a slope, nor from a sign that flips with every sample.
+    // Not distinguishable from a slope, or from a sign that flips with every sample.
     const double from_end_hz = std::min(seen_hz, 0.5 / period_s - seen_hz);
     if (from_end_hz * n * period_s < kLeastPeriods || amplitude <= hum.amplitude_g ||
         amplitude * amplitude * n <= 4 * threshold * rest_g2 ||

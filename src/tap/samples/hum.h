@@ -1,14 +1,14 @@
-// Mains hum on the flat part of a tap.
+// Finds mains hum on the flat part of a tap.
 #pragma once
 
 #include "tap/samples/line_fit.h"
 
 namespace trammel::tap {
 
-/// The strongest of mains' lines: 50, 60, 100 and 120 Hz.
+/// Strongest of the mains' lines: 50, 60, 100 and 120 Hz.
 struct Hum {
   double mains_hz = 0;     ///< 0 where none stands out.
-  double seen_hz = 0;      ///< Where it appears at this sampling rate, folded below half of it.
+  double seen_hz = 0;      ///< apparent frequency at this sampling rate, folded below half of it
   double amplitude_g = 0;  ///< Of the sine.
 };
 

@@ -7,12 +7,12 @@ namespace trammel::tap {
 
 namespace {
 
-/// Sums over a stretch, of times and forces from its own middle.
+/// Sums over a stretch, of times and forces relative to its own middle.
 struct Sums {
   double n = 0, t = 0, tt = 0, f = 0, tf = 0, ff = 0;
 };
 
-// Runs over a stretch in the frame of its own middle, where little cancels.
+// Frame of a stretch's own middle, with little cancellation.
 struct Frame {
   double time_s;
   double force_g;
@@ -40,16 +40,16 @@ Sums Total(const Samples& samples, std::size_t first, std::size_t end, const Fra
   return sum;
 }
 
-// Below what any two times differ by in single precision; repeated times leave no spread, a cross
-// sum of rounding only, and so a level without slope.
+// Minimum spread: below the difference of any two times in single precision. Repeated times have no
+// spread, a cross sum of rounding only, and so a level without slope.
 constexpr double kLeastSpread_s2 = 1e-18;
 
 struct Whole {
   double n, tt, tf;
 };
 
-// What two lines explain of the force's sum of squares at a split: the largest leaves the least.
-// A line explains (f^2 + (n tf - t f)^2 / (n tt - t^2)) / n; both together over one divisor.
+// Computes the part of the force's sum of squares that two lines explain; the best split has the
+// most. A line explains (f^2 + (n tf - t f)^2 / (n tt - t^2)) / n; both together over one divisor.
 double Explained(const Sums& left, const Whole& whole) {
   const double n = left.n;
   const double m = whole.n - n;
@@ -88,7 +88,7 @@ LineFit FitLine(const Samples& samples, std::size_t first, std::size_t end) {
   line.mean_time_s = frame.time_s + sum.t / sum.n;
   line.mean_force_g = frame.force_g + sum.f / sum.n;
   line.time_spread_s2 = std::max(0.0, sum.tt - sum.t * sum.t / sum.n);
-  // What rounding leaves of equal times must not pass for a spread.
+  // A spread of equal times is rounding.
   const bool has_slope = line.time_spread_s2 > 1e-12 * sum.tt && line.time_spread_s2 > 0;
   const double cross = sum.tf - sum.t * sum.f / sum.n;
   line.slope_g_s = has_slope ? cross / line.time_spread_s2 : 0;
@@ -105,7 +105,7 @@ std::size_t FindElbow(const Samples& samples, std::size_t first, std::size_t end
   const Sums raw = Total(samples, first, end, frame);
   frame.time_s += raw.t / raw.n;
   frame.force_g += raw.f / raw.n;
-  // About their means, where the sums of times and of forces are 0 and those of the right line are
+  // Relative to their means: the sums of times and of forces are 0, and those of the right line are
   // the negatives of the left one's.
   const Whole whole = {raw.n, raw.tt - raw.t * raw.t / raw.n, raw.tf - raw.t * raw.f / raw.n};
   Sums left;
@@ -135,7 +135,7 @@ double Student95(double freedom) {
 
 Crossing Intersect(const LineFit& left, const LineFit& right) {
   const double slope = left.slope_g_s - right.slope_g_s;
-  // From the middle between both centroids, where differences are small.
+  // Computes from the middle between both centroids, where differences are small.
   const double origin = 0.5 * (left.mean_time_s + right.mean_time_s);
   Crossing crossing;
   crossing.time_s = origin + (right.Force(origin) - left.Force(origin)) / slope;

@@ -10,7 +10,7 @@
 
 namespace trammel::tap {
 
-/// Samples [first, end).
+/// Stretch of samples [first, end).
 struct Stretch {
   std::size_t first = 0;
   std::size_t end = 0;
@@ -18,7 +18,7 @@ struct Stretch {
   [[nodiscard]] std::size_t size() const { return end - first; }
 };
 
-/// Median of up to kMost values spread evenly over a stretch; NaN where it is empty.
+/// Computes the median of up to kMost values spread evenly over a stretch; NaN if it is empty.
 template <std::size_t kMost, class Value>
 [[nodiscard]] double MedianOver(Stretch stretch, const Value& value) {
   if (stretch.end <= stretch.first) return std::numeric_limits<double>::quiet_NaN();
@@ -33,14 +33,14 @@ template <std::size_t kMost, class Value>
   return *middle;
 }
 
-/// The median, or the upper of the middle two. Leaves the values in another order. REQUIRES values.
+/// Returns the median, or the upper of the middle two. Reorders the values. REQUIRES values.
 [[nodiscard]] inline double UpperMedian(std::span<double> values) {
   const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
   std::nth_element(values.begin(), middle, values.end());
   return *middle;
 }
 
-/// Counts neighbours of which something holds.
+/// Counts pairs of neighbours for which `holds` is true.
 template <class Holds>
 [[nodiscard]] std::size_t CountPairs(std::span<const float> values, const Holds& holds) {
   std::size_t count = 0;
@@ -60,7 +60,7 @@ template <class Value>
   return sum;
 }
 
-/// The least distance of neighbours that differ; infinity where none do.
+/// Returns the minimum distance of neighbours that differ; infinity if none do.
 [[nodiscard]] inline float LeastChange(std::span<const float> values) {
   float least = std::numeric_limits<float>::infinity();
   for (std::size_t i = 1; i < values.size(); ++i) {
@@ -70,9 +70,9 @@ template <class Value>
   return least;
 }
 
-/// Samples that the decomposition works on: times from the pull-back's start, forces from a level
-/// of the tap itself, so that single precision holds them to 1 us and 0.1 mgf. Half the memory of
-/// the recording, and twice as many in a cache line.
+/// Samples for the decomposition: times from the pull-back's start, forces from a level of the tap
+/// itself, so that single precision resolves 1 us and 0.1 mgf. Half the memory of the recording,
+/// and twice as many in a cache line.
 struct Samples {
   std::span<const float> time_s;
   std::span<const float> force_g;
@@ -80,10 +80,11 @@ struct Samples {
   [[nodiscard]] std::size_t size() const { return time_s.size(); }
 };
 
-/// The first sample at or after a time, as rounded to single precision; size() where there is none.
+/// Returns the index of the first sample at or after a time, as rounded to single precision; size()
+/// if there is none.
 [[nodiscard]] std::size_t IndexAt(std::span<const float> time_s, double at_s);
 
-/// A least-squares line, kept at its centroid: there level and slope are independent.
+/// Least-squares line, stored at its centroid: there level and slope are independent.
 struct LineFit {
   double mean_time_s = 0;
   double mean_force_g = 0;
@@ -95,20 +96,21 @@ struct LineFit {
   [[nodiscard]] double Force(double time_s) const {
     return mean_force_g + slope_g_s * (time_s - mean_time_s);
   }
-  /// Of one sample about the line, gf; 0 where fewer than three samples tell nothing.
+  /// Returns the standard deviation of a sample about the line, gf; 0 below three samples.
   [[nodiscard]] double Noise() const;
 };
 
-/// Fits samples first … end - 1. Fewer than two distinct times give a level without slope.
+/// Fits a line to samples first … end - 1. Fewer than two distinct times yield a level without
+/// slope.
 [[nodiscard]] LineFit FitLine(const Samples& samples, std::size_t first, std::size_t end);
 
-/// The split of samples first … end - 1 into two independent straight lines with the least summed
-/// residual, every split tried.
+/// Splits samples first … end - 1 into two independent straight lines with the lowest summed
+/// residual; every split is tried.
 ///
-/// Sums run in double: the residual is a difference of sums that are 10^4 times larger, which
-/// single precision (24 bits) would leave to rounding.
-/// @param least  Samples that either line has at least, >= 2.
-/// @returns the first sample of the right line, or `end` where there are fewer than 2 least.
+/// Sums use double: the residual is a difference of sums that are 10^4 times larger, which in
+/// single precision (24 bits) would be rounding.
+/// @param least  Minimum number of samples of either line, >= 2.
+/// @returns the first sample of the right line, or `end` if there are fewer than 2 least.
 /// Cost: O(end - first), no memory.
 [[nodiscard]] std::size_t FindElbow(const Samples& samples, std::size_t first, std::size_t end,
                                     std::size_t least);
@@ -117,16 +119,16 @@ struct LineFit {
 /// Abramowitz & Stegun 26.7.5), within 1 % from 3 on: the shared library has no other.
 [[nodiscard]] double Student95(double freedom);
 
-/// A crossing of two lines.
+/// Crossing of two lines.
 struct Crossing {
   double time_s = 0;
   double force_g = 0;
-  /// Of time_s, from the scatter about each line alone. It takes both for straight and the elbow
-  /// between them for known: a press that curves moves the crossing by more than this says.
+  /// Uncertainty of time_s, from the scatter about each line alone. It assumes straight lines and a
+  /// known elbow between them: a press that curves moves the crossing by more.
   double standard_uncertainty_s = 0;
 };
 
-/// Parallel lines cross at infinity: time_s is then not finite.
+/// Computes the crossing. Parallel lines cross at infinity: time_s is then not finite.
 [[nodiscard]] Crossing Intersect(const LineFit& left, const LineFit& right);
 
 }  // namespace trammel::tap

@@ -10,14 +10,14 @@ namespace trammel::tap {
 
 namespace {
 
-// Beyond these no printer's move lies; they keep arithmetic on hostile numbers finite.
+// Limits of any printer's moves; they keep arithmetic on hostile numbers finite.
 constexpr double kMostTime_s = 1e9;
 constexpr double kMostLength_mm = 1e5;
 constexpr double kMostSpeed_mm_s = 1e5;
 constexpr double kMostAcceleration_mm_s2 = 1e8;
-// Moves of a queue follow each other to the clock's tick; a gap is another movement.
+// Minimum gap between separate movements: moves of a queue follow each other to the clock's tick.
 constexpr double kGap_s = 1e-3;
-// What a cruise may gain or lose of its speed: rounding in a file, not an acceleration.
+// Largest change of a cruise's speed: rounding in a file, not an acceleration.
 constexpr double kCruiseSpeedChange = 0.01;
 
 bool IsSane(const Move& move) {
@@ -46,7 +46,7 @@ struct Group {
   std::size_t end = 0;
 };
 
-// The last moves in a direction before `end`, one after the other.
+// Returns the last consecutive moves in a direction before `end`.
 Group LastGroup(std::span<const Move> moves, std::size_t end, double direction) {
   std::size_t last = end;
   while (last > 0 && moves[last - 1].z_direction * direction <= 0) {
@@ -61,7 +61,7 @@ Group LastGroup(std::span<const Move> moves, std::size_t end, double direction) 
   return {first, last};
 }
 
-// The longest cruise of a group, or its end where there is none.
+// Returns the longest cruise of a group, or its end if there is none.
 std::size_t FindCruise(std::span<const Move> moves, Group group) {
   std::size_t found = group.end;
   for (std::size_t i = group.first; i < group.end; ++i) {
@@ -152,10 +152,10 @@ Finding FindMotion(std::span<const Move> moves, TapMotion& motion) {
 
 namespace {
 
-// Unknowns of the simplest model of a break: where it is, two of the baseline, one of the press;
-// one sample more tells something of the noise.
+// Minimum number of samples. The simplest model of a break has four unknowns: its place, two of the
+// baseline, one of the press; one more sample determines the noise.
 constexpr std::size_t kLeastSamples = 5;
-// Of the pull-back's cruise that may lie before or after the samples.
+// Largest part of the pull-back's cruise before or after the samples.
 constexpr double kMostOutside = 0.5;
 constexpr double kMostForce_g = 1e12;  // counts of a 32-bit converter, not yet scaled, lie below
 
@@ -163,7 +163,7 @@ Finding CheckSamples(const TapView& tap) {
   std::size_t not_finite = 0;
   std::size_t unsorted = 0;
   for (std::size_t i = 0; i < tap.time_s.size(); ++i) {
-    // Written so that NaN counts.
+    // Negated so that NaN counts.
     const bool finite =
         std::abs(tap.time_s[i]) <= kMostTime_s && std::abs(tap.force_g[i]) <= kMostForce_g;
     not_finite += finite ? 0 : 1;

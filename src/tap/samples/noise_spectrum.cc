@@ -21,7 +21,7 @@ constexpr std::size_t kLeastSamples = 32;
 constexpr std::size_t kMostSpectrumSamples = 1024;
 constexpr std::size_t kMostStretches = 200;
 constexpr std::size_t kMostLines = 12;
-/// Between lines nearer than this many bins of 1 / duration a Hann window cannot tell.
+/// Resolution of a Hann window, in bins of 1 / duration: it does not separate nearer lines.
 constexpr double kHannResolution = 2;
 
 struct Stretch {
@@ -31,7 +31,7 @@ struct Stretch {
   [[nodiscard]] double Duration() const { return time_s.back() - time_s.front(); }
 };
 
-/// What lies between the two times, if it is long enough; sorted or not, it only costs a line.
+/// Collects samples between the two times, if they are enough. Unsorted ones only cost a line.
 void Collect(const TapView& tap, double from_s, double to_s, std::vector<Stretch>& stretches) {
   Stretch stretch;
   const std::size_t count = std::min(tap.time_s.size(), tap.force_g.size());
@@ -47,11 +47,11 @@ void Collect(const TapView& tap, double from_s, double to_s, std::vector<Stretch
   }
 }
 
-/// The stretches of a tap on which nothing touches the nozzle.
+/// Collects the stretches of a tap without contact.
 void CollectFlat(const TapView& tap, std::vector<Stretch>& stretches) {
   constexpr double kBeforeHalt_s = 0.1;
   constexpr double kDeepestPress_mm = 0.2;
-  constexpr double kFlatShare = 0.2;  // of the pull-back: later a break is refused anyway
+  constexpr double kFlatShare = 0.2;  // of the pull-back: a later break is refused anyway
   TapMotion motion;
   if (FindMotion(tap.moves, motion).code != FindingCode::kNone || tap.time_s.empty()) return;
   if (motion.has_approach) {
@@ -100,7 +100,7 @@ void AddSpectrum(const Stretch& stretch, double step_hz, std::vector<double>& sq
   }
 }
 
-/// The median of the neighbourhood: lines, which are narrow, do not raise it.
+/// Returns the median of the neighbourhood: lines, which are narrow, do not raise it.
 double FloorSquare(const std::vector<double>& squares, std::size_t at) {
   constexpr std::size_t kReach = kFrequencies / 10;
   const std::size_t first = at > kReach ? at - kReach : 0;
@@ -108,8 +108,8 @@ double FloorSquare(const std::vector<double>& squares, std::size_t at) {
   return Median(std::span(squares).subspan(first, end - first));
 }
 
-/// How far above its median a mean of `count` exponential values is in one of `one_in` cases
-/// (Wilson & Hilferty 1931).
+/// Returns the ratio to its median that a mean of `count` exponential values exceeds in one of
+/// `one_in` cases (Wilson & Hilferty 1931).
 double RareOverMedian(double count, double deviations) {
   const double ninth = 1 / (9 * count);
   const double rare = 1 - ninth + deviations * std::sqrt(ninth);
@@ -126,12 +126,12 @@ constexpr Source kSources[] = {{NoiseSource::kMains50Hz, 50, 10},
                                {NoiseSource::kMains60Hz, 60, 10},
                                {NoiseSource::kHeater10Hz, 10, 4}};
 
-/// Where a frequency is seen after sampling.
+/// Returns the apparent frequency after sampling.
 double Alias(double frequency_hz, double rate_hz) {
   return std::abs(frequency_hz - std::round(frequency_hz / rate_hz) * rate_hz);
 }
 
-/// By how much a line may lie beside a source's: half a resolution, and the mains' own wandering.
+/// True if a line matches a source within half a resolution, and the mains' own wandering.
 bool Fits(const NoiseLine& line, double true_hz, const NoiseSpectrum& spectrum) {
   constexpr double kWandering = 0.003;
   const double off = std::abs(Alias(true_hz, spectrum.sample_rate_hz) - line.frequency_hz);
@@ -143,8 +143,8 @@ bool HasLine(const NoiseSpectrum& spectrum, double true_hz) {
                      [&](const NoiseLine& line) { return Fits(line, true_hz, spectrum); });
 }
 
-/// A high harmonic alone could be anything: the first or second must be there too, and a source
-/// whose first is there goes before one of which only the second is.
+/// Names a line. A high harmonic alone is ambiguous: the first or second must be present too, and a
+/// source with its first is preferred to one with only its second.
 void NameLine(NoiseLine& line, const NoiseSpectrum& spectrum) {
   constexpr int kWithoutFundamental = 100;
   int best = std::numeric_limits<int>::max();
@@ -168,7 +168,7 @@ void NameLine(NoiseLine& line, const NoiseSpectrum& spectrum) {
 void FindLines(NoiseSpectrum& spectrum) {
   std::vector<double> squares;
   for (const double amplitude : spectrum.amplitude_g) squares.push_back(amplitude * amplitude);
-  // A Hann window's own side lobes stay below this part of a line's amplitude.
+  // Maximum side lobe of a Hann window, as a share of a line's amplitude.
   constexpr double kSideLobe = 0.03;
   for (std::size_t k = 1; k + 1 < squares.size(); ++k) {
     const bool peak = squares[k] >= squares[k - 1] && squares[k] > squares[k + 1];
@@ -196,7 +196,7 @@ void FindLines(NoiseSpectrum& spectrum) {
   for (NoiseLine& line : spectrum.lines) NameLine(line, spectrum);
 }
 
-/// Samples per second of a typical stretch.
+/// Returns the samples per second of a typical stretch.
 double RateOf(const std::vector<Stretch>& stretches) {
   std::vector<double> steps;
   for (const Stretch& stretch : stretches) {
@@ -210,7 +210,7 @@ double RateOf(const std::vector<Stretch>& stretches) {
 }  // namespace
 
 NoiseSpectrum FindNoise(std::span<const TapView> taps) {
-  // One false line in a thousand spectra, of which each has some 250 independent frequencies.
+  // One false line in a thousand spectra of some 250 independent frequencies each.
   constexpr double kRareDeviations = 4.46;
   std::vector<Stretch> stretches;
   for (const TapView& tap : taps) CollectFlat(tap, stretches);

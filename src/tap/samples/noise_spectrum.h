@@ -1,4 +1,4 @@
-// The noise of a load cell by frequency, from the stretches of taps on which nothing touches.
+// Computes a load cell's noise by frequency, from the stretches of taps without contact.
 #pragma once
 
 #include <cstddef>
@@ -11,7 +11,7 @@
 
 namespace trammel::tap {
 
-/// What a line in the spectrum probably comes from.
+/// Probable source of a line in the spectrum.
 enum class NoiseSource : std::uint8_t {
   kUnknown,
   kMains50Hz,   ///< Or a harmonic.
@@ -20,11 +20,11 @@ enum class NoiseSource : std::uint8_t {
 };
 
 struct NoiseLine {
-  double frequency_hz = 0;  ///< As seen, below half the sample rate.
-  double amplitude_g = 0;   ///< Of the sine.
+  double frequency_hz = 0;  ///< as observed, below half the sample rate
+  double amplitude_g = 0;   ///< sine amplitude
   NoiseSource source = NoiseSource::kUnknown;
   int harmonic = 0;              ///< 1 for the fundamental; 0 where the source is not known.
-  double true_frequency_hz = 0;  ///< Of the source; not frequency_hz where it is an alias.
+  double true_frequency_hz = 0;  ///< source's frequency; differs from frequency_hz for an alias
 };
 
 struct NoiseSpectrum {
@@ -33,20 +33,20 @@ struct NoiseSpectrum {
   double sample_rate_hz = 0;
   double resolution_hz = 0;  ///< Lines nearer to each other than this are one.
   double noise_g = 0;        ///< Standard deviation of a sample about the stretches' own lines.
-  /// At each frequency; noise without lines is above it in one spectrum of a thousand.
+  /// Limit at each frequency; noise without lines exceeds it in one spectrum of a thousand.
   std::vector<double> limit_g;
-  std::vector<NoiseLine> lines;  ///< By falling amplitude, at most 12.
+  std::vector<NoiseLine> lines;  ///< by decreasing amplitude, at most 12
   std::size_t stretches = 0;
 };
 
-/// Fourier sums (Hann window, at the samples' own times, so that a dropped sample does no harm) of
-/// every stretch before the collision and from the end of the pull-back on, each less its straight
-/// line; squares averaged over the stretches. The limit of a line follows the noise
-/// near its frequency, so that a cell whose noise has a colour shows no false ones.
-/// @param taps  Of one printer at one sample rate; those without moves or with too few samples add
-///              nothing, as do samples that are not finite.
-/// @returns no frequencies where no stretch has 32 samples.
-/// Cost: O(samples · 512); at most 200 stretches of at most 1024 samples are looked at.
+/// Computes Fourier sums of every stretch before the collision and from the end of the pull-back
+/// on, each minus its straight line. Uses a Hann window at the samples' own times, so that a
+/// dropped sample does no harm. Averages squares over the stretches. The limit of a line follows
+/// the noise near its frequency, so coloured noise causes no false lines.
+/// @param taps  Of one printer at one sample rate. Ignores taps without moves or with too few
+/// samples, and samples that are not finite.
+/// @returns no frequencies if no stretch has 32 samples.
+/// Cost: O(samples · 512); uses at most 200 stretches of at most 1024 samples.
 [[nodiscard]] NoiseSpectrum FindNoise(std::span<const TapView> taps);
 
 /// "mains 50 Hz, harmonic 3 (150 Hz)" and so on.

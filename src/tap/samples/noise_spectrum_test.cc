@@ -58,8 +58,8 @@ TEST(NoiseSpectrum, FindsALineWithItsFrequencyAndAmplitude) {
   world.sines = {{37.3, 1.5}};
   const NoiseSpectrum found = FindNoise(world.Taps(6, random));
   ASSERT_EQ(found.lines.size(), 1u);
-  // Its frequency by far better than the resolution, its amplitude to the noise of one bin and to
-  // 15 %, which a Hann window loses between two bins.
+  // Tolerances: the frequency far better than the resolution. The amplitude to the noise of one bin
+  // and to 15 %, the loss of a Hann window between two bins.
   EXPECT_NEAR(found.lines[0].frequency_hz, 37.3, 0.2 * found.resolution_hz);
   EXPECT_NEAR(found.lines[0].amplitude_g, 1.5, 0.25 * 1.5);
   EXPECT_EQ(found.lines[0].source, NoiseSource::kUnknown);

@@ -12,8 +12,8 @@ namespace trammel::tap {
 namespace {
 
 constexpr double kMedianOfNormal = 0.6745;
-// A line's power over that of white noise is exponential with mean 1; six lines are looked at, and
-// only when the residuals are not white: one false line in 30,000 taps.
+// Minimum power of a line over that of white noise, which is exponential with mean 1. Six lines are
+// tested, and only if the residuals are not white: one false line in 30,000 taps.
 constexpr double kLeastLinePower = 12;
 
 struct Line {
@@ -35,8 +35,8 @@ void ForHarmonics(std::span<const double> time_s, double frequency_hz, std::size
   }
 }
 
-// Amplitudes of a frequency's harmonics by projection: the samples hold several periods, over which
-// cosine and sine are nearly orthogonal.
+// Computes amplitudes of a frequency's harmonics by projection: the samples span several periods,
+// over which cosine and sine are nearly orthogonal.
 Lines Project(std::span<const double> time_s, std::span<const double> r, double frequency_hz,
               std::size_t count) {
   Lines lines;
@@ -60,7 +60,7 @@ void Correlate(std::span<const double> r, std::size_t first, std::size_t end, Of
   }
 }
 
-// 1 + 2 sum of rho_k up to the first that is not significant.
+// Computes 1 + 2 sum of rho_k up to the first that is not significant.
 double SumCorrelation(const OfLags& sum, std::size_t n) {
   const double significant = 1.5 / std::sqrt(static_cast<double>(n));
   double factor = 1;
@@ -86,7 +86,7 @@ bool ResidualTraits::White() const {
 }
 
 double ResidualTraits::Inflation() const {
-  constexpr double kDoubtful = 15.5;  // of the portmanteau: white noise reaches it in 5 %
+  constexpr double kDoubtful = 15.5;  // portmanteau limit: white noise reaches it in 5 %
   const double noise = portmanteau > kDoubtful ? correlation : 1;
   const double misfit = White() ? 1 : press_ratio * press_correlation;
   return std::max({1.0, noise, misfit});

@@ -1,5 +1,5 @@
-// A tap: the nozzle is pressed onto the bed and pulled back while a load cell measures the force.
-// What a method is given, and what every method returns.
+// Tap: the nozzle is pressed onto the bed and pulled back while a load cell measures the force.
+// Input and output of every method.
 #pragma once
 
 #include <array>
@@ -16,10 +16,10 @@
 
 namespace trammel::tap {
 
-/// A piece of motion along Z at constant acceleration, as Klipper's trapezoid queue holds it:
-/// z(t) = start_z_mm + z_direction (start_velocity_mm_s dt + acceleration_mm_s2 dt^2 / 2).
+/// Piece of motion along Z at constant acceleration, as in Klipper's trapezoid queue: z(t) =
+/// start_z_mm + z_direction (start_velocity_mm_s dt + acceleration_mm_s2 dt^2 / 2).
 struct Move {
-  double start_time_s = 0;  ///< On the clock of the samples (Klipper: print time).
+  double start_time_s = 0;  ///< clock of the samples (Klipper: print time)
   double duration_s = 0;    ///< 0 for a halt.
   double start_velocity_mm_s = 0;
   double acceleration_mm_s2 = 0;
@@ -27,12 +27,12 @@ struct Move {
   double z_direction = 0;  ///< -1 down, +1 up, 0 at rest.
 };
 
-/// A tap as recorded. Nothing is assumed of what it holds: samples may be missing, repeated or not
-/// finite, moves absent. Both signs of force occur; methods find the sign of the press.
+/// Recorded tap. Any content is possible: samples may be missing, repeated or not finite, moves
+/// absent. Both signs of force occur; methods find the sign of the press.
 struct TapView {
-  std::span<const double> time_s;   ///< As long as force_g, on one clock with the moves.
+  std::span<const double> time_s;   ///< same length as force_g, same clock as moves
   std::span<const double> force_g;  ///< gf
-  std::span<const Move> moves;      ///< In order of time.
+  std::span<const Move> moves;      ///< sorted by time
 };
 
 enum class Method : std::uint8_t {
@@ -43,23 +43,23 @@ enum class Method : std::uint8_t {
 /// "contact" or "two-line".
 [[nodiscard]] std::string_view ToString(Method method);
 
-/// Why a tap is refused, cannot be told, or deserves a word (finding.h lists and explains them).
+/// Reasons to refuse a tap, to find no value, or to add a notice (finding.h has their texts).
 enum class FindingCode : std::uint8_t;
 
-/// A code with its figure and the limit that it was held against, both in the code's unit.
+/// Code with its figure and its limit, both in the code's unit.
 struct Finding {
   FindingCode code{};
   double figure = 0;
   double limit = 0;
 };
 
-/// What a corner of the force curve is, in the order of time.
+/// Corners of the force curve, in the order of time.
 enum class Corner : std::uint8_t {
   kApproachStart,
   kCollision,
   kPressEnd,
   kDwellEnd,
-  kDecompressionSplit,  ///< Where two lines through a curved decompression cross.
+  kDecompressionSplit,  ///< intersection of two lines through a curved decompression
   kBreak,
   kPullBackEnd,
 };
@@ -71,31 +71,31 @@ struct Point {
   double force_g = 0;
 };
 
-/// Force around the break as fitted: a sloped baseline, and below break_z_mm a press that is added
-/// to it. Only for drawing and checking; a method that fits none leaves `fitted` false.
+/// Fitted force around the break: a sloped baseline, and below break_z_mm a press in addition. Only
+/// for drawing and checks; false `fitted`: the method fits none.
 struct FittedForce {
   bool fitted = false;
   double from_z_mm = 0;  ///< The stretch that was fitted.
   double to_z_mm = 0;
   double break_z_mm = 0;
-  double baseline_g = 0;            ///< At the break.
+  double baseline_g = 0;            ///< at the break
   double baseline_slope_g_mm = 0;   ///<
   std::array<double, 4> press_g{};  ///< Force = sum of press_g[i] (depth / 1 mm)^(i + 1).
 };
 
-/// What one method says of one tap. Fixed in size, so that it costs no allocation.
+/// Result of one method for one tap. Fixed in size, so that it costs no allocation.
 struct TapAnalysis {
   static constexpr std::size_t kMaxPoints = 8;
   static constexpr std::size_t kMaxNotices = 16;
 
   Verdict verdict = Verdict::kRefused;
-  Finding reason;  ///< Why, where the verdict is not good.
+  Finding reason;  ///< if the verdict is not good
   Method method = Method::kContact;
   Quantity contact_mm;  ///< Height at which the nozzle lets go; NaN unless the verdict is good.
-  double contact_time_s = 0;  ///< When it does, on the samples' clock; NaN likewise.
+  double contact_time_s = 0;  ///< contact time, samples' clock; NaN likewise
   double quality = 0;  ///< 0 … 100; below 40 is bad. Given for refused taps too, where it can be.
   double noise_g = 0;  ///< Standard deviation of one sample about the fit.
-  double latency_s = 0;  ///< By which forces were taken to be read late: as stated, or estimated,
+  double latency_s = 0;              ///< assumed delay of the forces: as stated, or estimated,
   double latency_uncertainty_s = 0;  ///< and its standard uncertainty.
   std::array<Point, kMaxPoints> points{};
   std::size_t point_count = 0;
@@ -103,7 +103,7 @@ struct TapAnalysis {
   std::size_t notice_count = 0;
   FittedForce force;
 
-  /// Adds a notice; one beyond kMaxNotices is dropped.
+  /// Adds a notice; drops those beyond kMaxNotices.
   void Notice(const Finding& finding) {
     if (notice_count < kMaxNotices) {
       notices[notice_count++] = finding;
@@ -115,34 +115,34 @@ struct TapAnalysis {
 
 struct TapOptions {
   Method method = Method::kContact;
-  /// By which a sample's time is after its force acted; below 0 where a host dates samples too
-  /// early. NaN where it is not known: the contact method then estimates it from the approach, the
-  /// two-line method takes 0.
+  /// Delay of a sample's time after its force acted; below 0 if a host dates samples too early. NaN
+  /// if unknown: the contact method then estimates it from the approach, the two-line method takes
+  /// 0.
   double latency_s = __builtin_nan("");
   double latency_uncertainty_s = 0;  ///< Standard uncertainty of a stated latency; >= 0.
-  /// Of the nozzle when tapped, degC; NaN where it is not known. Hot plastic oozes.
+  /// Nozzle temperature when tapped, degC; NaN if unknown. Hot plastic oozes.
   double nozzle_temperature_c = __builtin_nan("");
-  /// At which the firmware stops the approach, gf; NaN where it is not known. Checked only.
+  /// Force at which the firmware stops the approach, gf; NaN if unknown. Checked only.
   double trigger_force_g = __builtin_nan("");
-  /// Of the decompression of a clean nozzle at 25 gf = 0.1 s, a factor of the published score; NaN
-  /// leaves it out.
+  /// Angle of a clean nozzle's decompression at 25 gf = 0.1 s, a factor of the published score; NaN
+  /// omits it.
   double decompression_angle_rad = __builtin_nan("");
 };
 
-/// What a file or a printer gave. Nothing is assumed of it but equal lengths.
+/// Data from a file or a printer. Only equal lengths are assumed.
 struct Recording {
   static constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
 
-  std::string name;  ///< For people: the file, and which of its taps.
+  std::string name;  ///< for users: the file and the tap's index
   std::vector<double> time_s;
-  std::vector<double> force_g;  ///< As long as time_s; NaN where a sample has no number.
-  std::vector<double> z_mm;     ///< As long as time_s, or empty.
+  std::vector<double> force_g;  ///< same length as time_s; NaN for a missing value
+  std::vector<double> z_mm;     ///< same length as time_s, or empty
   std::vector<Move> moves;
-  double x_mm = kUnknown;  ///< Where on the bed.
+  double x_mm = kUnknown;  ///< on the bed
   double y_mm = kUnknown;
   double nozzle_temperature_c = kUnknown;
-  std::optional<double> firmware_z_mm;  ///< What the printer made of the tap itself.
-  std::vector<std::string> notices;     ///< Of the reader, as that moves come from z.
+  std::optional<double> firmware_z_mm;  ///< printer's own result for the tap
+  std::vector<std::string> notices;     ///< of the reader, for example: moves derived from z
 
   [[nodiscard]] TapView View() const { return {time_s, force_g, moves}; }
 };

@@ -1,4 +1,4 @@
-// Memory that belongs to the caller, handed out piece by piece: a tap's analysis allocates nothing.
+// Allocates pieces of the caller's memory: a tap's analysis allocates nothing.
 #pragma once
 
 #include <cstddef>
@@ -9,7 +9,7 @@
 
 namespace trammel::tap {
 
-/// A bump allocator. Pieces are valid until the Workspace, or a Scope around them, ends.
+/// Bump allocator. Pieces are valid until the Workspace, or a Scope around them, ends.
 class Workspace {
  public:
   explicit Workspace(std::span<std::byte> memory) : memory_(memory) {}
@@ -29,10 +29,10 @@ class Workspace {
     return {first, count};
   }
 
-  /// Bytes that are not taken.
+  /// Returns the number of free bytes.
   [[nodiscard]] std::size_t Left() const { return memory_.size() - used_; }
 
-  /// Gives back what was taken during its life.
+  /// Releases at its end all that was allocated during its life.
   class Scope {
    public:
     explicit Scope(Workspace& workspace) : workspace_(workspace), used_(workspace.used_) {}
@@ -46,7 +46,7 @@ class Workspace {
   };
 
  private:
-  static constexpr std::size_t kAlignment = 32;  // of the widest vectors of AVX
+  static constexpr std::size_t kAlignment = 32;  // for AVX's widest vectors
 
   std::span<std::byte> memory_;
   std::size_t used_ = 0;

@@ -7,7 +7,7 @@
 
 namespace trammel::tap {
 
-/// As in JSON: "collision".
+/// Returns the name in JSON: "collision".
 [[nodiscard]] constexpr std::string_view Name(Corner corner) {
   switch (corner) {
     case Corner::kApproachStart:

@@ -8,7 +8,7 @@ namespace {
 
 constexpr std::size_t kLeastOfLine = 2;
 constexpr std::size_t kLeastOfHalf = 3;  // so that a half has a residual
-constexpr double kBreakWidths = 1.5;     // of the pull-back, from its cruise's start: as published
+constexpr double kBreakWidths = 1.5;     // pull-back widths from its cruise's start: as published
 
 void FindCollision(const Samples& samples, double halt_s, double width_s, TapLines& lines) {
   lines.approach_first = IndexAt(samples.time_s, halt_s - width_s);
@@ -31,8 +31,8 @@ void FindCollision(const Samples& samples, double halt_s, double width_s, TapLin
   lines.has_collision = true;
 }
 
-// Where the force passes the middle of its range: by counting the samples above it, which a noisy
-// sample near the middle shifts by one, not to where it happens to cross first.
+// Splits where the force passes the middle of its range, by the count of samples above it. A noisy
+// sample near the middle shifts that by one only, unlike the first crossing.
 void SplitDecompression(const Samples& samples, TapLines& lines) {
   const auto forces = samples.force_g.subspan(lines.decompression_first,
                                               lines.break_at - lines.decompression_first);

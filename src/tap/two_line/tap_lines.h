@@ -1,4 +1,4 @@
-// The published decomposition of a tap into straight lines: where they bend, and the lines.
+// Published decomposition of a tap into straight lines: the corners, and the lines.
 #pragma once
 
 #include <cstddef>
@@ -9,15 +9,15 @@
 
 namespace trammel::tap {
 
-/// The lines of a tap and where they cross. Times count from CleanTap::origin_s, forces from
+/// Lines of a tap and their crossings. Times count from CleanTap::origin_s, forces from
 /// CleanTap::origin_g.
 struct TapLines {
-  double press_sign = 1;       ///< Of the force that a press adds.
+  double press_sign = 1;       ///< sign of the press force
   bool has_collision = false;  ///< Approach, compression and dwell below were found.
   bool has_break = false;      ///< Decompression and departure were.
   bool is_split = false;       ///< Decompression is two lines.
-  /// How far the nearer end of the decompression lies from its middle, in deviations of the noise;
-  /// it is split from kSplitNoise on.
+  /// Distance of the decompression's nearer end from its middle, in deviations of the noise; from
+  /// kSplitNoise on it is split.
   double split_reach = 0;
 
   // First samples of the stretches.
@@ -45,10 +45,10 @@ struct TapLines {
   Crossing let_go;     ///< Decompression and departure: the break.
 };
 
-/// The write-up's limit; published code uses 3.
+/// Limit of the write-up; published code uses 3.
 inline constexpr double kSplitNoise = 2;
 
-/// Cost: O(samples), 3 us for 400; no memory.
+/// Finds the lines. Cost: O(samples), 3 us for 400; no memory.
 [[nodiscard]] TapLines FindTapLines(const CleanTap& clean, const TapMotion& motion);
 
 }  // namespace trammel::tap

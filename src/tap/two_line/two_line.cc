@@ -10,11 +10,11 @@ namespace trammel::tap {
 namespace {
 
 constexpr std::size_t kLeastMoves = 5;
-constexpr std::size_t kMostProbingMoves = 6;  // with the approach's acceleration
+constexpr std::size_t kMostProbingMoves = 6;  // including the approach's acceleration
 constexpr std::size_t kLeastApproach = 4;
 constexpr std::size_t kLeastDecompression = 3;
 constexpr double kLatestBreak = 0.75;       // of the pull-back
-constexpr double kTimeResolution_s = 1e-7;  // of half a second in single precision
+constexpr double kTimeResolution_s = 1e-7;  // resolution of 0.5 s in single precision
 
 Finding CheckMoves(std::span<const Move> moves) {
   if (moves.size() < kLeastMoves) {
@@ -50,7 +50,7 @@ Finding CheckLines(const TapLines& lines) {
       return {FindingCode::kTapChronology, static_cast<double>(i + 2), 0};
     }
   }
-  // Turns + - - + for a press that adds force, or the mirror of it.
+  // Signs + - - + for a press that adds force, or their mirror image.
   const std::array<double, 5> slopes = {lines.approach.slope_g_s, lines.compression.slope_g_s,
                                         lines.dwell.slope_g_s, lines.upper.slope_g_s,
                                         lines.departure.slope_g_s};

@@ -1,4 +1,4 @@
-// The decomposition of a tap into straight lines, as published.
+// Decomposes a tap into straight lines, as published.
 #pragma once
 
 #include "tap/samples/motion.h"
@@ -8,19 +8,18 @@
 
 namespace trammel::tap {
 
-/// Reads the height at which decompression and departure cross.
+/// Computes the height at which decompression and departure cross.
 ///
-/// The uncertainty comes from the scatter about the two lines. It does not know the form of the
-/// press: on a press that stiffens or softens the crossing is off by microns that no scatter shows
-/// (docs/howto/tap.md has figures); the contact method exists for that.
+/// The uncertainty is from the scatter about the two lines. It does not include the form of the
+/// press: if the press stiffens or softens, the crossing is off by microns that no scatter shows
+/// (docs/howto/tap.md has figures). The contact method exists for that.
 /// @param lines   Of clean, found with the same motion.
 /// @param result  Verdict, reason, contact, uncertainty, noise and points are set; a skipped split
-/// is
-///                added as a notice.
+/// adds a notice.
 void JudgeTwoLine(std::span<const Move> moves, const CleanTap& clean, const TapMotion& motion,
                   const TapLines& lines, const TapOptions& options, TapAnalysis& result);
 
-/// The corners of the force curve, as lines cross, those that were found.
+/// Sets the corners that were found in the force curve, as crossings of lines.
 void SetPoints(const CleanTap& clean, const TapMotion& motion, const TapLines& lines,
                TapAnalysis& result);
 

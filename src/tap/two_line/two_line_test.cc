@@ -53,7 +53,7 @@ TEST(TwoLine, ErrsAsPublishedOnStraightPresses) {
               {{.drift_g_s = 20}, 0.03, 0.28}};
   for (const auto& row : rows) {
     const Errors errors = Repeat(row.drawing, kTaps);
-    EXPECT_LE(errors.refused, kTaps / 50);  // at most 2 % of good taps
+    EXPECT_LE(errors.refused, kTaps / 50);  // at most 2 % of valid taps
     EXPECT_NEAR(Mean(errors.um), row.mean_um, kOtherWorld * row.deviation_um + 0.05);
     EXPECT_NEAR(StandardDeviation(errors.um) / row.deviation_um, 1, 0.25);
   }
@@ -142,7 +142,7 @@ TEST(TwoLine, PointsAreTheCornersInOrder) {
   }
 }
 
-// What each change to a good tap is refused for.
+// Checks that a change to a good tap is refused with this code.
 void ExpectRefusal(FindingCode code, const std::function<void(RecordedTap&)>& change,
                    const TapDrawing& drawing = {}) {
   RecordedTap tap = Record(drawing, 504);

@@ -1,4 +1,4 @@
-// trammel offset analyze: scans of the printed sheet in, every tool's offset out.
+// trammel offset analyze: computes every tool's offset from scans of the printed sheet.
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
@@ -46,7 +46,7 @@ int Run(const AnalyzeArguments& arguments) {
   for (const Error& error : read.errors) failed = PrintError(error);
   const report::OffsetAnalysis& analysis = read.analysis;
   if (analysis.scans.empty()) {
-    // Only a sheet that was seen is a measurement to refuse.
+    // Only a sheet that was found is a measurement to refuse.
     const bool seen = std::all_of(read.errors.begin(), read.errors.end(), [](const Error& error) {
       return error.kind == ErrorKind::kMeasurement;
     });
@@ -55,7 +55,7 @@ int Run(const AnalyzeArguments& arguments) {
     }
     return failed ? *failed : PrintError({ErrorKind::kInput, "SCAN: there is none between the +"});
   }
-  // The answer is printed whatever becomes of the files.
+  // The result is printed even if the files cannot be written.
   const auto written =
       WriteOffsetOutput(arguments.output, {&analysis, std::move(read.pictures), {}});
   const std::string report = written ? arguments.output.report : "";

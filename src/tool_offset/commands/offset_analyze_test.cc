@@ -261,7 +261,7 @@ TEST_F(OffsetAnalyze, FilesThatCannotBeReadAreNamed) {
   const CommandResult pattern = Trammel("offset analyze --pattern a.png a.png");
   EXPECT_EQ(pattern.exit_code, 1);
   EXPECT_THAT(pattern.standard_error, HasSubstr("--pattern a.png"));
-  // What could be read is still told.
+  // Readable pages are still reported.
   const CommandResult some = Analyze("a.png cut.png");
   EXPECT_EQ(some.exit_code, 1);
   EXPECT_THAT(some.standard_output, HasSubstr("T1 "));

@@ -1,4 +1,5 @@
-// trammel offset apply: what takes the measured offsets out, shown, and set only when told to.
+// trammel offset apply: shows the corrections of the measured offsets, and sets them only on
+// request.
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
@@ -51,7 +52,7 @@ struct OffsetApplyArguments {
 using Change = procedure::OffsetCorrection;
 using Known = std::map<int, KeptOffset>;
 
-// T:X,Y
+// Parses T:X,Y.
 Result<Known> ParseNow(const std::vector<std::string>& texts) {
   Known known;
   constexpr int kMostTool = 99;
@@ -79,7 +80,8 @@ Result<std::vector<files::MeasuredOffset>> Chosen(const files::OffsetFile& file,
   return chosen;
 }
 
-/// Each tool's offset as the firmware has it now. Errors name every tool of which nobody states it.
+/// Returns each tool's present offset in the firmware. Errors name every tool whose offset is
+/// unknown.
 Result<Known> NowOf(const std::vector<files::MeasuredOffset>& chosen, OffsetFirmware firmware,
                     Known known, const procedure::Session* session) {
   std::string missing;
@@ -97,7 +99,7 @@ Result<Known> NowOf(const std::vector<files::MeasuredOffset>& chosen, OffsetFirm
       firmware == OffsetFirmware::kKlipperTool ? ", or --printer ADDRESS" : ""));
 }
 
-// Tells the file wherever it is looked for from.
+// Returns the absolute path, valid from any folder.
 std::string Whole(const std::string& file) {
   return std::filesystem::absolute(file).lexically_normal().string();
 }
@@ -109,8 +111,8 @@ Result<void> FindHistory(OffsetApplyArguments& arguments) {
   return {};
 }
 
-/// What the tools had while the sheet was printed, where the result lies in the folder of a print;
-/// nothing where it lies elsewhere. Errors: its start.json cannot be read.
+/// Reads the tools' offsets during the print, if the result is in the folder of a print; else
+/// nothing. Errors: its start.json cannot be read.
 Result<Known> PrintedWith(const std::string& file) {
   namespace fs = std::filesystem;
   std::error_code ignored;
@@ -125,7 +127,7 @@ Result<Known> PrintedWith(const std::string& file) {
   return known;
 }
 
-/// That the tool against which the others were measured has the offset of then, too.
+/// Checks that the reference tool of the measurement still has its offset of then.
 Result<void> CheckReference(const Known& printed_with, const measurement::Outcome& result,
                             const procedure::Session& session) {
   for (const auto& [tool, kept] : printed_with) {
@@ -166,7 +168,7 @@ void SayHowToUndo(const OffsetApplyArguments& arguments) {
           10);
 }
 
-/// Shows what the last application was, and takes it back unless nothing is to be changed.
+/// Shows the last application, and reverts it unless nothing is to be changed.
 Result<void> Undo(const OffsetApplyArguments& arguments, const procedure::Session& session,
                   const std::string& address) {
   const auto options = SettingOf(arguments, address);
@@ -204,7 +206,7 @@ int RunUndo(OffsetApplyArguments arguments) {
   return done ? static_cast<int>(kExitGood) : PrintError(done.error());
 }
 
-/// Without the offsets as they are now: where each tool lands, and by how much its offset changes.
+/// Prints, without the present offsets, where each tool lands, and the change of its offset.
 int ShowSteps(const std::vector<files::MeasuredOffset>& chosen, OffsetFirmware firmware) {
   std::string now;
   for (const files::MeasuredOffset& measured : chosen) {
@@ -254,7 +256,7 @@ int RunApply(OffsetApplyArguments arguments) {
     printer = std::move(*connected);
     session.emplace(procedure::Session{*printer, interrupt.token(), TellOnTerminal});
   }
-  std::optional<files::FileLock> turn;  // what is read, noted and set belongs together
+  std::optional<files::FileLock> turn;  // held while offsets are read, recorded and set
   if (arguments.apply) {
     const auto state = files::StateFolder();
     if (!state) return PrintError(state.error());
@@ -285,7 +287,7 @@ int RunApply(OffsetApplyArguments arguments) {
   }
   if (arguments.apply) {
     auto setting = SettingOf(arguments, address);
-    bool any_set = false;  // of several tools the first may be set, and the next not
+    bool any_set = false;  // with several tools the first may be set, and the next not
     setting.say = [&any_set, say = std::move(setting.say)](const std::string& done) {
       any_set = true;
       if (say) say(done);

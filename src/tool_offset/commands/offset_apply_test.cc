@@ -224,7 +224,7 @@ TEST_F(OffsetApply, UndoBringsBackWhatWasBeforeOnceAndSaysSo) {
   const CommandResult twice = Undo("");
   EXPECT_EQ(twice.exit_code, 1);
   EXPECT_THAT(twice.standard_error, HasSubstr("taken back at"));
-  // What was undone may be applied again, and undone again.
+  // An undone change may be applied again, and undone again.
   ASSERT_EQ(Apply("--apply").exit_code, 0);
   EXPECT_EQ(Undo("").exit_code, 0);
 }

@@ -144,7 +144,7 @@ int Run(const ScanArguments& arguments) {
     return PrintError(
         {ErrorKind::kInput, "--out is missing: FILE.png or FILE.tiff, or use --list"});
   }
-  // Before minutes of scanning.
+  // Checked before minutes of scanning.
   if (auto checked = machine::CheckPagePath(arguments.out); !checked) {
     return PrintError(checked.error());
   }

@@ -1,4 +1,4 @@
-// The commands below `trammel offset`: their group, the pattern and the scan of a sheet.
+// Commands below `trammel offset`: their group, the pattern and the scan of a sheet.
 #pragma once
 
 namespace CLI {
@@ -7,10 +7,10 @@ class App;
 
 namespace trammel::app {
 
-/// Fills the group; each command stores its exit code (app/commands.h).
+/// Adds the commands to the group; each stores its exit code (app/commands.h).
 void AddOffsetCommands(CLI::App& offset, int& exit_code);
 
-/// Each hangs its command below `parent`.
+/// Each function adds its command below `parent`.
 void AddOffsetStartCommand(CLI::App& parent, int& exit_code);
 void AddOffsetPatternCommand(CLI::App& parent, int& exit_code);
 void AddOffsetApplyCommand(CLI::App& parent, int& exit_code);

@@ -49,7 +49,7 @@ std::optional<std::vector<int>> ParseToolList(std::string_view text) {
   }
 }
 
-/// The sheet that a run is to print.
+/// Sheet that a run is to print.
 struct AskedSheet {
   SheetOptions options;
   std::string address;
@@ -81,8 +81,8 @@ Result<AskedSheet> AskedFor(const PrinterPlace& place, const Arguments& argument
   return asked;
 }
 
-/// The settings of a run. Errors: they cannot be read, or do not say how hot it prints. Whether the
-/// sheet can be planned so is looked at when it is asked for.
+/// Reads the settings of a run. Errors: unreadable, or without a temperature. The sheet's plan is
+/// checked on request only.
 Result<SheetConfig> SettingsFor(const AskedSheet& asked, const Arguments& arguments) {
   auto config = ConfigureForPrinter(asked.options, asked.address);
   if (!config) return config;
@@ -98,7 +98,7 @@ Result<SheetConfig> SettingsFor(const AskedSheet& asked, const Arguments& argume
       files::LocateProblem(*problem, config->config, config->text.text, config->text.file));
 }
 
-/// With a printer: where the paper is to lie, by the tools that it has.
+/// Checks the sheet's job; with a printer also where to put the paper, by its tools.
 Result<Offer> CheckSheetJob(const PrinterPlace& place, const Arguments& arguments,
                             machine::Printer* printer) {
   const auto asked = TRY(AskedFor(place, arguments));
@@ -135,13 +135,13 @@ Result<Offer> CheckScanJob(const PrinterPlace& place, const Arguments&, machine:
   return Offer{};
 }
 
-/// Half of the interval, in mm.
+/// Returns half of the interval, in mm.
 double HalfWidth(const measurement::Answer& answer) {
   const Interval& interval = answer.value.quantity().interval95;
   return (interval.hi - interval.lo) / 2;
 }
 
-/// Each tool's own line, and all in one.
+/// Returns each tool's own line, and all in one.
 Result<AnswerInWords> AnswerIn(const std::string& folder) {
   const auto measured = TRY(files::ReadOffsetFile(folder));
   const auto record = TRY(files::ReadStart(folder));
@@ -155,7 +155,7 @@ Result<AnswerInWords> AnswerIn(const std::string& folder) {
         fmt::format("tool_offset T{} x = {}, y = {}", tool.tool,
                     report::WithInterval(x->value.quantity(), report::kOffsetMillimetres),
                     report::WithInterval(y->value.quantity(), report::kOffsetMillimetres)));
-    constexpr int kMicrometres = 3;  // as firmwares are told
+    constexpr int kMicrometres = 3;  // decimals of firmware commands
     all += fmt::format("{}T{} x {}, y {}", all.empty() ? "" : ", ", tool.tool,
                        report::NumberText(tool.dx_mm, kMicrometres, true),
                        report::NumberText(tool.dy_mm, kMicrometres, true));

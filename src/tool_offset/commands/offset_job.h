@@ -1,4 +1,4 @@
-// What tool offsets have to offer to `trammel serve`.
+// Jobs of tool offsets for `trammel serve`.
 #pragma once
 
 #include "service/job_kind.h"

@@ -1,5 +1,5 @@
-// trammel offset measure: the last sheet of a printer, by the scans or photos that its owner put
-// among the printer's files.
+// trammel offset measure: measures the last sheet of a printer by the scans or photos that its
+// owner stored among the printer's files.
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
@@ -38,7 +38,7 @@ using files::StartedSheet;
 using procedure::Session;
 using procedure::UploadedFile;
 
-// What pages are read from (machine/page/page_file.h).
+// Endings of readable page files (machine/page/page_file.h).
 constexpr std::array<std::string_view, 6> kEndings = {".pdf",  ".png", ".jpg",
                                                       ".jpeg", ".tif", ".tiff"};
 constexpr std::size_t kMostBytes = std::size_t{128} << 20;  // A4 in colour, 600 dpi, not packed
@@ -53,7 +53,7 @@ struct MeasureArguments {
   ReadingOptions reading;
 };
 
-/// Files in the folder of a run, gone again unless they are kept.
+/// Files in the folder of a run, removed unless they are kept.
 class FetchedFiles {
  public:
   explicit FetchedFiles(fs::path folder) : folder_(std::move(folder)) {}
@@ -76,13 +76,13 @@ class FetchedFiles {
   std::vector<fs::path> paths_;
 };
 
-/// A scan in the folder of a run, and as its owner named it.
+/// Scan in the folder of a run, with its owner's name for it.
 struct FetchedScan {
   fs::path path;
   std::string name;
 };
 
-/// A message with the owner's names: the files are gone again where it is an error's.
+/// Replaces paths by the owner's names: after an error the files are removed.
 std::string WithNames(std::string message, const std::vector<FetchedScan>& scans) {
   for (const FetchedScan& scan : scans) {
     const std::string path = scan.path.string();
@@ -92,7 +92,7 @@ std::string WithNames(std::string message, const std::vector<FetchedScan>& scans
   return message;
 }
 
-/// The name of a scan in the recording, from 1.
+/// Returns the name of a scan in the recording, counted from 1.
 std::string ScanName(std::size_t number, const std::string& ending) {
   return (number == 1 ? std::string("scan") : fmt::format("scan-{}", number)) + ending;
 }
@@ -101,7 +101,7 @@ bool IsScan(const std::string& name) {
   return !procedure::EndingAmong(kEndings, name).empty() && !service::IsResultPicture(name);
 }
 
-/// The sheet whose scan it is, printed to its end.
+/// Finds the scan's sheet, printed to its end.
 Result<StartedSheet> FindSheet(const MeasureArguments& arguments, const Session& session,
                                const fs::path& recordings, const std::string& printer) {
   auto sheet = arguments.sheet.empty() ? files::LastStart(recordings, printer)
@@ -121,13 +121,13 @@ Result<StartedSheet> FindSheet(const MeasureArguments& arguments, const Session&
                 ErrorKind::kMachine);
   }
   record.stage = files::StartStage::kPrinted;
-  record.printed_s = sheet->since_s;  // of its begin: its end was seen by nobody
+  record.printed_s = sheet->since_s;  // start of the print: its end was not observed
   TRY(files::WriteStart(sheet->folder, record));
   return sheet;
 }
 
-/// What was uploaded since the sheet was printed: an earlier print of the same sheet has the same
-/// number. Or the one that is named.
+/// Lists uploads since the sheet was printed, or the one named: an earlier print of the same sheet
+/// has the same number.
 Result<std::vector<UploadedFile>> FindUploads(const std::string& named, const Session& session,
                                               const StartedSheet& sheet) {
   if (!named.empty() && !IsScan(named)) {
@@ -160,7 +160,7 @@ Result<std::vector<UploadedFile>> FindUploads(const std::string& named, const Se
       fmt::format("there is no scan in {}: upload one there (PDF, PNG, JPEG or TIFF)", there));
 }
 
-/// The recording that keeps the same scan; empty: none.
+/// Finds the recording with the same scan; empty: none.
 Result<fs::path> MeasuredBefore(const fs::path& recordings, const std::string& ending,
                                 const std::string& bytes) {
   std::vector<std::string> names;
@@ -168,7 +168,7 @@ Result<fs::path> MeasuredBefore(const fs::path& recordings, const std::string& e
   return FindKeptCopy(recordings, names, bytes);
 }
 
-/// Fetches the scans that were not measured before, or the one that is named.
+/// Fetches the scans that were not measured before, or the named one.
 Result<std::vector<FetchedScan>> FetchScans(const MeasureArguments& arguments,
                                             const Session& session, const StartedSheet& sheet,
                                             const fs::path& recordings, FetchedFiles& fetched) {
@@ -241,7 +241,7 @@ int RunMeasure(const MeasureArguments& arguments) {
     return PrintError({answered.error().kind, WithNames(answered.error().message, *scans)});
   }
   fetched.Keep();
-  std::error_code error;  // by which trammel offset start --continue goes on, too
+  std::error_code error;  // ignored, as by trammel offset start --continue
   fs::copy_file(pattern, folder->path() / procedure::kSheetGcodeName, error);
   const auto measured = files::ReadOffsetFile(folder->path());
   if (!measured) return PrintError(measured.error());

@@ -26,7 +26,7 @@ namespace {
 
 using tool_offset::PageKind;
 
-/// The kind that somebody states.
+/// Returns the kind stated by the user.
 std::optional<PageKind> StatedKind(const ReadingOptions& asked) {
   if (asked.photo || asked.film_focal_mm) return PageKind::kPhoto;
   return asked.dpi.empty() ? std::nullopt : std::optional(PageKind::kScan);
@@ -60,7 +60,7 @@ Result<tool_offset::SheetResult> AnalysePage(const Page& page, const std::string
   return result;
 }
 
-/// Several photos of one print answer together.
+/// Evaluates several photos of one print together.
 void JoinThePhotos(const tool_offset::SheetPlan& plan,
                    std::vector<tool_offset::SheetResult>& sheet) {
   const bool all = std::all_of(sheet.begin(), sheet.end(),
@@ -77,8 +77,8 @@ Result<tool_offset::SheetPlan> PlanOfText(const std::string& text) {
   return tool_offset::PlanSheet(settings);
 }
 
-/// Reads every page of one file; pages are large, and each is gone when it has been read and drawn.
-/// On an error nothing of the file is added.
+/// Reads every page of one file; pages are large, and each is released after it has been read and
+/// drawn. On an error nothing of the file is added.
 Result<void> ReadFile(const std::string& file, int sheet, const ReadingOptions& asked,
                       bool pictures, ReadSheets& sheets) {
   machine::PageReadOptions limits;
@@ -186,7 +186,7 @@ Result<void> WriteFigures(const std::string& figures, const report::OffsetReport
   return WriteOutputs(files, force);
 }
 
-// As it is drawn for a phone: the same picture is to be read on small and large screens.
+// Draws the layout for a phone: the same picture must be legible on small and large screens.
 Result<void> WritePicture(const std::string& path, const report::OffsetAnalysis& analysis,
                           bool force) {
   constexpr double kScale = 3;

@@ -12,13 +12,13 @@
 
 namespace trammel::app {
 
-/// What is said of the files, beside what they say themselves.
+/// Options that supplement the files' own statements.
 struct ReadingOptions {
   std::vector<double> dpi =
       {};  ///< along a row and down the page, or both in one; empty: as stated
-  double most_megapixels = 400;  ///< of a page
+  double most_megapixels = 400;  ///< per page
   bool photo = false;            ///< it is one; else it is told from the picture, or by dpi a scan
-  std::optional<double> film_focal_mm = {};  ///< of a photo
+  std::optional<double> film_focal_mm = {};  ///< photos only
   tool_offset::RadialSpread spread = {};
 };
 
@@ -29,7 +29,7 @@ void AddReadingOptions(CLI::App& command, ReadingOptions& options);
 /// (kInput) name the file.
 [[nodiscard]] Result<tool_offset::SheetPlan> ReadPlan(const std::string& pattern);
 
-/// Among the files: the next ones are of another print of the sheet.
+/// Separator among the files: the next ones are of another print of the sheet.
 inline constexpr const char* kNextSheet = "+";
 
 struct ReadSheets {
@@ -38,8 +38,8 @@ struct ReadSheets {
   std::vector<Error> errors;                  ///< one for each refused file
 };
 
-/// Reads every page of all files, and combines them by their sheets; photos of one print answer as
-/// one. Errors: kInput of a file that is no page; kMeasurement of a page that is refused.
+/// Reads every page of all files, and combines them by their sheets; photos of one print yield one
+/// result. Errors: kInput of a file that is no page; kMeasurement of a page that is refused.
 [[nodiscard]] ReadSheets ReadScans(const std::vector<std::string>& files,
                                    const tool_offset::SheetPlan& plan,
                                    const ReadingOptions& options, bool pictures);
@@ -49,7 +49,7 @@ struct OffsetOutput {
   std::string figures;       ///< folder for each figure as SVG; empty: none
   std::string result;        ///< result.json to write; empty: none
   std::string picture = {};  ///< PNG of where the tools land, for small screens; empty: none
-  /// Folder that keeps the answer as result.json; empty: none.
+  /// Folder that stores the result as result.json; empty: none.
   std::string recording = {};
   measurement::Subject subject = {};
   bool force = false;  ///< overwrite report, figures and result
@@ -57,7 +57,7 @@ struct OffsetOutput {
   [[nodiscard]] bool has_pictures() const { return !report.empty() || !figures.empty(); }
 };
 
-/// Writes what is wanted; errors name the option or the file.
+/// Writes the requested outputs; errors name the option or the file.
 [[nodiscard]] Result<void> WriteOffsetOutput(const OffsetOutput& output,
                                              const report::OffsetReportInput& input);
 

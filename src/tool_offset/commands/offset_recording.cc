@@ -29,7 +29,7 @@ std::string WhyNoTool(const report::OffsetAnalysis& analysis) {
   return why;
 }
 
-/// What the page says of the printer's own offsets: as they were when the sheet was printed.
+/// Lists the printer's own offsets for the page, as they were when the sheet was printed.
 std::vector<report::KeptChange> KeptOf(const files::StartRecord& record,
                                        const report::OffsetAnalysis& analysis) {
   files::OffsetFile measured;
@@ -85,7 +85,7 @@ SheetReader::SheetReader(fs::path folder, tool_offset::SheetPlan plan, files::St
       record_(std::move(record)),
       reading_(std::move(reading)) {}
 
-// A copy, unless it lies in the folder already.
+// Copies the scan, unless it is in the folder already.
 Result<fs::path> SheetReader::Keep(const fs::path& scan) const {
   std::error_code error;
   const fs::path whole = fs::weakly_canonical(scan, error);
@@ -139,7 +139,7 @@ Result<bool> SheetReader::ReadTogether(const std::vector<fs::path>& scans,
   output.subject.printer = record_.printer;
   output.report = (folder_ / "report.html").string();
   output.picture = (folder_ / kOffsetPicture).string();
-  output.force = true;  // of an earlier scan of the same print
+  output.force = true;  // overwrites an earlier scan of the same print
   TRY(WriteOffsetOutput(output, {&analysis, std::move(read.pictures), KeptOf(record_, analysis)}));
   record_.stage = files::StartStage::kAnalysed;
   TRY(files::WriteStart(folder_, record_));

@@ -1,4 +1,4 @@
-// The folder of a guided start: the plan, the drawing, the scan, the answer, the page.
+// Folder of a guided start: the plan, the drawing, the scan, the result, the page.
 #pragma once
 
 #include <filesystem>
@@ -15,7 +15,7 @@
 
 namespace trammel::app {
 
-/// The G-code of a sheet, and its drawings beside it: .svg, .png.
+/// Returns the paths of a sheet's G-code and of its drawings beside it: .svg, .png.
 [[nodiscard]] std::vector<std::filesystem::path> SheetFiles(const std::filesystem::path& gcode);
 
 /// Writes these files. Errors name the file. @param path  of the G-code.
@@ -24,34 +24,34 @@ namespace trammel::app {
                                       const tool_offset::SheetGcode& gcode,
                                       files::IfThere there = files::IfThere::kRefuse);
 
-/// Removes what WriteSheet wrote, where nothing was printed of it.
+/// Removes the files of WriteSheet, if nothing of the sheet was printed.
 void RemoveSheet(const std::filesystem::path& path);
 
-/// The picture of the answer in the folder, for a printer's screen.
+/// Picture of the result in the folder, for a printer's screen.
 inline constexpr const char* kOffsetPicture = "answer.png";
 
-/// Where a scan may be put: scan/ of the folder, made where it is missing.
+/// Returns the folder for a scan: scan/ of the folder, created if missing.
 [[nodiscard]] Result<std::filesystem::path> ScanFolderOf(const std::filesystem::path& folder);
 
-/// Reads scans of one printed sheet, and keeps the first that answers.
+/// Reads scans of one printed sheet, and stores the first that can be evaluated.
 class SheetReader {
  public:
   /// @param printer  the name under which the result is listed
   SheetReader(std::filesystem::path folder, tool_offset::SheetPlan plan, files::StartRecord record,
               ReadingOptions reading);
 
-  /// Whether the file answers: then its copy, result.json, answer.png, report.html and start.json
-  /// are in the folder, and the answer stands on standard output. Errors: kInput of a file that is
-  /// no page, kMeasurement of a page that is refused or shows no tool, with why; what cannot be
-  /// written.
+  /// Reads a scan; true if the file answers. Then its copy, result.json, answer.png, report.html
+  /// and start.json are in the folder, and the answer is on standard output. Errors: kInput of a
+  /// file that is no page, kMeasurement of a page that is refused or shows no tool, with why;
+  /// unwritable files.
   [[nodiscard]] Result<bool> Read(const std::filesystem::path& scan);
 
-  /// The same of several files, which answer together. One that does not is told by `left_out`,
-  /// with why; where none does, the first one's error comes back.
+  /// Reads several files and evaluates them together. `left_out` reports each that fails, with the
+  /// reason; if all fail, returns the first one's error.
   [[nodiscard]] Result<bool> ReadTogether(const std::vector<std::filesystem::path>& scans,
                                           const std::function<void(const std::string&)>& left_out);
 
-  /// Of the scan that answered.
+  /// True if all tools of the scan that answered are good.
   [[nodiscard]] bool all_good() const { return all_good_; }
 
  private:

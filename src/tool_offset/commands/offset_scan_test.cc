@@ -32,7 +32,7 @@ class OffsetScan : public testing::Test {
   [[nodiscard]] CommandResult Scan(const std::string& arguments) const {
     return RunTrammel("offset scan " + arguments, folder_.path());
   }
-  // What the test backend says when it is read from.
+  // Scans with the given read status of the test backend.
   [[nodiscard]] CommandResult ScanWithStatus(const std::string& status) const {
     return Scan("--device test:0 -o a.png --option read-return-value=SANE_STATUS_" + status);
   }

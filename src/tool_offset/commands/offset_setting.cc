@@ -13,7 +13,7 @@
 namespace trammel::app {
 namespace {
 
-// To micrometres, as the firmware is told; never "-0.000".
+// Rounds to micrometres, as sent to the firmware; never "-0.000".
 double Micrometres(double value_mm) {
   constexpr double kPerMm = 1000;
   return std::round(value_mm * kPerMm) / kPerMm + 0.0;

@@ -1,4 +1,4 @@
-// Offsets that are about to be set on a printer: in words, and where it is noted.
+// Describes offsets that are to be set on a printer, and finds their history.
 #pragma once
 
 #include <string>
@@ -10,26 +10,26 @@
 
 namespace trammel::app {
 
-/// Where the tool lands, its offset as it is and as it is to be, and the lines that set it.
+/// Formats where the tool lands, its old and new offset, and the lines that set it.
 [[nodiscard]] std::string CorrectionText(const procedure::OffsetCorrection& change,
                                          tool_offset::OffsetFirmware firmware);
 
-/// Where the tool lands, and by how much its offset is to change.
+/// Formats where the tool lands, and the change of its offset.
 [[nodiscard]] std::string StepText(const files::MeasuredOffset& measured,
                                    tool_offset::OffsetFirmware firmware);
 
-/// The tool's offset as it is and as it is to be, in one line.
+/// Describes the tool's present and next offset, in one line.
 [[nodiscard]] std::string BriefCorrection(const procedure::OffsetCorrection& change);
 
-/// The tool's offset as it is, and as it was before.
+/// Describes the tool's present and previous offset.
 [[nodiscard]] std::string UndoText(const procedure::OffsetCorrection& change);
 
-/// Notes into `history` what is done on the printer, and says it on standard output. Without a
+/// Returns options that note each change in `history` and print it on standard output. Without a
 /// source.
 [[nodiscard]] procedure::SetOffsetsOptions OffsetSetting(const std::string& history,
                                                          const std::string& printer);
 
-/// offset-history.jsonl of the state folder. Errors: no such folder.
+/// Returns offset-history.jsonl of the state folder. Errors: no such folder.
 [[nodiscard]] Result<std::string> UsualOffsetHistory();
 
 }  // namespace trammel::app

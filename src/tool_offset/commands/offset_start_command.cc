@@ -1,4 +1,4 @@
-// trammel offset start: from the tools of a printer to their new offsets, a step at a time.
+// trammel offset start: guides from the tools of a printer to their new offsets, step by step.
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
@@ -54,16 +54,16 @@ struct StartArguments {
   ReadingOptions reading;
 };
 
-/// What is known once the sheet lies there, or did when an earlier start was cut off.
+/// Data of a printed sheet, also after an interrupted start.
 struct Printed {
   fs::path folder;
   tool_offset::SheetPlan plan;
   StartRecord record;
-  std::string why_not_set;  ///< of a printer whose offsets cannot be set; empty: they can
+  std::string why_not_set;  ///< why the printer's offsets cannot be set; empty: they can
   bool as_it_was = true;    ///< all but what was printed
 };
 
-/// A connection, for as long as it is needed.
+/// Connection, open as long as it is needed.
 struct Connection {
   std::unique_ptr<machine::Printer> printer;
   Session session;
@@ -75,7 +75,7 @@ Result<Connection> ConnectTo(const settings::ScanSettings& settings, const Inter
   return Connection{std::move(printer), {reference, interrupt.token(), TellOnTerminal}};
 }
 
-/// Nothing is heated on a guess: somebody says what is loaded.
+/// Asks for the loaded material: nothing is heated on a guess.
 Result<void> AskMaterial(TerminalPerson& person, SheetConfig& config) {
   while (FindTemperatureProblem(config.sheet) && person.present()) {
     std::string names;
@@ -123,7 +123,7 @@ StartRecord RecordOf(const SheetConfig& config, const PrinterTools& found) {
   return record;
 }
 
-/// As CalibrateInto does: what is not as it was is said whatever else failed.
+/// Reports, like CalibrateInto, each unrestored setting, whatever else failed.
 Result<void> DoneOf(const procedure::GuardedOutcome& outcome) {
   std::string unrestored;
   for (const std::string& failure : outcome.unrestored) {
@@ -167,7 +167,7 @@ Result<Printed> PrintNew(const StartArguments& arguments, SheetConfig& config,
   }
   std::error_code ignored;
   if (!fs::exists(folder.path() / files::kStartFile, ignored)) RemoveSheet(pattern);
-  // What was printed can be read, whatever else is not as it was.
+  // A printed sheet can be read even if something is not restored.
   if (!done && print.record.stage != files::StartStage::kPrinted) {
     return tl::unexpected(done.error());
   }
@@ -176,7 +176,7 @@ Result<Printed> PrintNew(const StartArguments& arguments, SheetConfig& config,
                  WhyNotSet(found.keeper), done.has_value()};
 }
 
-/// An earlier start that was cut off.
+/// Continues an earlier start that was interrupted.
 Result<Printed> GoOn(const fs::path& folder, const SheetConfig& config,
                      const Interrupt& interrupt) {
   auto record = TRY(files::ReadStart(folder));
@@ -210,7 +210,7 @@ Result<Printed> GoOn(const fs::path& folder, const SheetConfig& config,
 Result<bool> Analyse(const StartArguments& arguments, const Printed& printed,
                      TerminalPerson& person) {
   SheetReader reader(printed.folder, printed.plan, printed.record, arguments.reading);
-  constexpr std::int64_t kClocks_s = 10;  // of another computer's files
+  constexpr std::int64_t kClocks_s = 10;  // clock error of another computer
   const std::int64_t since_s = printed.record.printed_s - kClocks_s;
   if (!arguments.scan.empty()) {
     if (procedure::IsOlder(arguments.scan, since_s)) {
@@ -250,7 +250,7 @@ void PrintNothingSet(const Printed& printed) {
       printed.why_not_set, printed.folder.string());
 }
 
-// In the printer's own words: the measurement is taken out, and must not be once more.
+// Prints the printer's own commands: the measurement is applied already, and must not be again.
 void PrintHowToKeep(const std::vector<procedure::OffsetCorrection>& corrections) {
   fmt::print("until the next restart; to keep it, in the printer's console:\n");
   for (const procedure::OffsetCorrection& change : corrections) {
@@ -262,7 +262,7 @@ void PrintHowToKeep(const std::vector<procedure::OffsetCorrection>& corrections)
   fmt::print("                  SAVE_CONFIG\n");
 }
 
-/// Shows old and new, and sets them where somebody says yes.
+/// Shows old and new offsets, and sets them after a yes.
 Result<void> Settle(const SheetConfig& config, const Printed& printed, const Interrupt& interrupt,
                     TerminalPerson& person) {
   const auto measured = TRY(files::ReadOffsetFile(printed.folder));

@@ -22,7 +22,7 @@ using tool_offset::SheetGcode;
 using tool_offset::SheetPlan;
 using tool_offset::SheetSettings;
 
-/// The ways in which machines commonly change tools, by name.
+/// Returns a common tool change by its name.
 Result<std::string> ToolChange(const std::string& name) {
   const std::string activate = "ACTIVATE_EXTRUDER EXTRUDER={extruder}";
   if (name == "t") return std::string("T{tool}");
@@ -34,7 +34,7 @@ Result<std::string> ToolChange(const std::string& name) {
                   name, tool_offset::kSheetSection));
 }
 
-/// The shortcuts of the command line, over what the file says.
+/// Applies the command line's shortcuts over the file's settings.
 Result<void> Override(const SheetOptions& options, files::Config& config) {
   std::vector<std::string> assignments = options.set;
   if (!options.dialect.empty()) assignments.push_back("dialect=" + options.dialect);
@@ -126,7 +126,8 @@ namespace {
 
 using procedure::PrinterTools;
 
-/// The tools that are asked for, or all; the reference first asked for, then as the settings say.
+/// Selects the requested tools, or all; the first requested one is the reference, else that of the
+/// settings.
 Result<void> ChooseTools(const std::vector<int>& tools, const PrinterTools& found,
                          SheetConfig& config) {
   tool_offset::SheetSettings& sheet = config.sheet;
@@ -149,14 +150,14 @@ Result<void> ChooseTools(const std::vector<int>& tools, const PrinterTools& foun
   return {};
 }
 
-/// What the printer states where the settings say nothing; less acceleration makes no sheet worse.
+/// Adopts the printer's statements for missing settings; less acceleration makes no sheet worse.
 Result<void> TakeForSheet(const procedure::Session& session, SheetConfig& config) {
   const auto facts = TRY(TakeStatedBy(session, StatedFor::kPrinter, config.config));
   tool_offset::SheetSettings& sheet = config.sheet;
-  const settings::PrinterSettings& stated = config.config.pattern;  // its part of the pattern's
+  const settings::PrinterSettings& stated = config.config.pattern;  // pattern's printer part
   sheet.printer = stated;
   sheet.filament.filament_diameter_mm = config.config.pattern.filament_diameter_mm;
-  constexpr double kLeast_mm_s2 = 100;  // of the setting
+  constexpr double kLeast_mm_s2 = 100;  // setting's minimum
   const bool named =
       config.config.IsSet(fmt::format("{}.acceleration", tool_offset::kSheetSection));
   const double most_mm_s2 = facts ? facts->max_accel_mm_s2 : 0;

@@ -1,5 +1,5 @@
-// Which sheet is printed: the settings, the command line above them, and what the printer itself
-// reports.
+// Options of the sheet to print: the settings, overridden by the command line, and the printer's
+// own report.
 #pragma once
 
 #include <optional>
@@ -36,30 +36,29 @@ void AddSheetOptions(CLI::App& command, SheetOptions& options);
 
 struct SheetConfig {
   files::Config config;
-  ConfigText text;  ///< where it was read from
+  ConfigText text;  ///< source of the settings
   tool_offset::SheetSettings sheet;
 };
 
-/// Errors name the option, or the file and its line. What the sheet's settings are worth together
-/// is not judged yet.
+/// Reads the sheet's settings. Errors name the option, or the file and its line. Does not check the
+/// settings' combination yet.
 [[nodiscard]] Result<SheetConfig> ConfigureSheet(const SheetOptions& options);
 
-/// That such a sheet can be printed, and what it is heated to.
+/// Checks that the sheet can be printed, and its temperatures.
 [[nodiscard]] Result<void> CheckSheet(const SheetConfig& config);
 
-/// What is printed where, to what it is heated, how long it takes: on standard output; warnings on
-/// standard error.
+/// Prints the layout, temperatures and duration on standard output; warnings on standard error.
 void PrintSheetPlan(const tool_offset::SheetSettings& asked, const tool_offset::SheetPlan& plan,
                     const tool_offset::SheetGcode& gcode);
 
-/// The settings, with the printer's address and key. Errors: as ConfigureSheet; a dialect that is
-/// not Klipper's.
+/// Reads the settings, with the printer's address and key. Errors: as ConfigureSheet; a dialect
+/// that is not Klipper's.
 /// @param printer  its address; empty: the settings'
 [[nodiscard]] Result<SheetConfig> ConfigureForPrinter(const SheetOptions& options,
                                                       const std::string& printer);
 
-/// Takes the tools that are asked for, or all that were found, and how this printer picks them up
-/// where nobody says it. Errors: nobody keeps their offsets, and none are named; the printer's.
+/// Selects the requested tools, or all that were found, and this printer's tool change unless one
+/// is set. Errors: the printer stores no offsets, and no tools are named; the printer's.
 [[nodiscard]] Result<void> FitToPrinter(const SheetOptions& options, const std::vector<int>& tools,
                                         const procedure::Session& session,
                                         const procedure::PrinterTools& found, SheetConfig& config);

@@ -22,11 +22,11 @@ namespace {
 namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
 
-constexpr int kFormat = 1;  // of history and start.json
+constexpr int kFormat = 1;  // format of history and start.json
 constexpr int kMostTool = 99;
 constexpr NumberRange kKept_mm{-1000, 1000};  // no head carries two tools so far from each other
 
-/// Of an enumeration whose values are spelled in its order.
+/// Returns the name of an enumeration's value; names are in its order.
 template <class Stage, std::size_t kCount>
 const char* NameOf(Stage stage, const std::array<const char*, kCount>& names) {
   return names[static_cast<std::size_t>(stage)];
@@ -39,7 +39,7 @@ Stage StageOf(const std::string& name, const std::array<const char*, kCount>& na
 constexpr std::array kOffsetStages{"begun", "applied", "kept", "undone"};
 constexpr std::array kStartStages{"printing", "printed", "analysed"};
 
-/// The tools of a kept result: tool_N_dx beside tool_N_dy.
+/// Reads the tools of a stored result: tool_N_dx beside tool_N_dy.
 Result<OffsetFile> OffsetsOf(const measurement::Outcome& outcome, const std::string& file) {
   constexpr double kMost_mm = 50;
   OffsetFile offsets;
@@ -96,7 +96,7 @@ tool_offset::KeptOffset ReadPlace(JsonObject& owner, const char* key) {
   return offset;
 }
 
-/// Nothing where the line is something else.
+/// Reads a change; nothing if the line is something else.
 std::optional<OffsetChange> ReadChange(const nlohmann::json& json, const std::string& file) {
   JsonObject reader(json, file);
   OffsetChange change;
@@ -202,7 +202,7 @@ Result<StartRecord> ReadStart(const fs::path& folder) {
   }
   constexpr std::size_t kMostBytes = std::size_t{64} << 10;
   constexpr std::size_t kMostTools = 32;
-  constexpr double kLatest_s = 1e11;  // in the year 5138
+  constexpr double kLatest_s = 1e11;  // year 5138
   const auto json = TRY(ReadJsonFile(path, kMostBytes));
   JsonObject object(json, path.string());
   object.Integer("format", {kFormat, kFormat});
@@ -222,7 +222,7 @@ Result<StartRecord> ReadStart(const fs::path& folder) {
 
 Result<StartedSheet> ReadStartedSheet(const fs::path& folder) {
   auto record = TRY(ReadStart(folder));
-  // Written once more when the print has ended: where that failed, its time is the begin's.
+  // Written again after the print: if that failed, its time is the begin's.
   struct stat found {};
   const bool told = ::stat((folder / kStartFile).c_str(), &found) == 0;
   const std::int64_t begun_s = told ? std::int64_t{found.st_mtim.tv_sec} : 0;

@@ -1,4 +1,4 @@
-// Files of tool offsets: an open measurement, its steps, and the history of what was set.
+// Files of tool offsets: an open measurement, its steps, and the history of set offsets.
 #pragma once
 
 #include <cstdint>
@@ -17,7 +17,7 @@ namespace trammel::files {
 
 struct MeasuredOffset {
   int tool = 0;
-  double dx_mm = 0;  ///< where its line lands minus where the reference tool's would
+  double dx_mm = 0;  ///< actual line position minus that of the reference tool
   double dy_mm = 0;
   Interval dx95_mm = {};
   Interval dy95_mm = {};
@@ -29,11 +29,11 @@ struct OffsetFile {
   measurement::Outcome result = {};
 };
 
-/// A folder's result.json, or a kept result. Errors (kInput): not there, another instrument's, an
-/// offset beyond 50 mm.
+/// Reads a folder's result.json, or a stored result. Errors (kInput): missing, another
+/// instrument's, an offset beyond 50 mm.
 [[nodiscard]] Result<OffsetFile> ReadOffsetFile(const std::filesystem::path& path);
 
-/// In the state folder: what is applied on any printer, from whatever folder.
+/// File in the state folder: the changes applied on any printer, from whatever folder.
 inline constexpr std::string_view kOffsetHistoryFile = "offset-history.jsonl";
 
 enum class OffsetStage {
@@ -43,40 +43,40 @@ enum class OffsetStage {
   kUndone,   ///< taken back: what was new is old in this line, and what was old is set again
 };
 
-/// A tool's offset was changed on a printer.
+/// Change of a tool's offset on a printer.
 struct OffsetChange {
   OffsetStage stage = OffsetStage::kBegun;
   std::string time;     ///< ISO 8601 with its zone
   std::string printer;  ///< address
   std::string source;   ///< the file with the measured offset, from the root
   int tool = 0;
-  double dx_mm = 0;  ///< that was measured, and is taken out
+  double dx_mm = 0;  ///< measured, and corrected
   double dy_mm = 0;
-  tool_offset::KeptOffset old_offset;  ///< as the firmware kept it
+  tool_offset::KeptOffset old_offset;  ///< as stored in the firmware
   tool_offset::KeptOffset new_offset;
 };
 
-/// Adds a line and has the disk take it. Makes the folder. What a torn last line holds is left as
-/// it is, on a line of its own. Errors (kInput) name the file and the reason.
+/// Appends a line and syncs it to the disk. Makes the folder. A torn last line stays unchanged, on
+/// a line of its own. Errors (kInput) name the file and the reason.
 [[nodiscard]] Result<void> AppendToHistory(const std::filesystem::path& path,
                                            const OffsetChange& change);
 
-/// All changes in it, oldest first; none where there is no file. Other lines, and what is no line
-/// of a history, are passed over: they must never keep a person from setting an offset.
-/// Errors (kInput): not readable; larger than 64 MB; a format that is not known.
+/// Reads all changes, oldest first; none if there is no file. Skips other and invalid lines: they
+/// must never prevent setting an offset. Errors (kInput): not readable; larger than 64 MB; an
+/// unknown format.
 [[nodiscard]] Result<std::vector<OffsetChange>> ReadOffsetChanges(
     const std::filesystem::path& path);
 
 inline constexpr std::string_view kStartFile = "start.json";
 
-/// How far it came; each is on the disk before what follows it begins.
+/// Progress of a start; each stage is on the disk before the next begins.
 enum class StartStage {
   kPrinting,  ///< the sheet is about to be printed
   kPrinted,   ///< it lies on the bed
   kAnalysed,  ///< result.json is there
 };
 
-/// A tool of the sheet, as the printer kept its offset while it was printed.
+/// Tool of the sheet, with the printer's stored offset during the print.
 struct StartedTool {
   int tool = 0;
   std::optional<tool_offset::KeptOffset> kept = {};  ///< absent: the printer does not tell
@@ -84,33 +84,34 @@ struct StartedTool {
 
 struct StartRecord {
   StartStage stage = StartStage::kPrinting;
-  std::string printer;         ///< its name (procedure::PrinterName)
-  std::string run;             ///< of the print: its file is trammel_<run>.gcode
+  std::string printer;         ///< printer name (procedure::PrinterName)
+  std::string run;             ///< print's run: its file is trammel_<run>.gcode
   std::string started;         ///< date and time, for people
   std::int64_t printed_s = 0;  ///< seconds since 1970 at which the print ended; 0: not yet
   std::vector<StartedTool> tools;
 };
 
-/// Whole and on the disk before it returns. Errors (kInput) name the file.
+/// Writes the record, complete and synced to the disk. Errors (kInput) name the file.
 [[nodiscard]] Result<void> WriteStart(const std::filesystem::path& folder,
                                       const StartRecord& record);
 
-/// Errors (kInput): not there, or not written by a guided start; both name what to do.
+/// Reads the record. Errors (kInput): missing, or not written by a guided start; both name the
+/// remedy.
 [[nodiscard]] Result<StartRecord> ReadStart(const std::filesystem::path& folder);
 
-/// A sheet that was printed, or begun, by a guided start.
+/// Sheet whose print a guided start finished or began.
 struct StartedSheet {
   std::filesystem::path folder;
   StartRecord record;
-  /// Seconds since 1970, not later than the end of its print: a scan of it is not older.
+  /// Seconds since 1970, not later than the end of its print: a scan of it is newer.
   std::int64_t since_s = 0;
 };
 
-/// The sheet of such a folder. Errors: as ReadStart.
+/// Reads the sheet of such a folder. Errors: as ReadStart.
 [[nodiscard]] Result<StartedSheet> ReadStartedSheet(const std::filesystem::path& folder);
 
-/// The sheet that was last begun on a printer, of those in the folders of `recordings`. Folders
-/// without a start.json, or with one that cannot be read, do not count. Errors (kInput): none.
+/// Finds the last sheet that was begun on a printer, in the folders of `recordings`. Skips folders
+/// without a readable start.json. Errors (kInput): none.
 /// @param printer  its name (procedure::PrinterName)
 [[nodiscard]] Result<StartedSheet> LastStart(const std::filesystem::path& recordings,
                                              const std::string& printer);

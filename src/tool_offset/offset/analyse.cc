@@ -23,18 +23,18 @@ namespace {
 
 /// Compares the reference tool's own pairs with their programmed offset: they have no other one.
 /// Another tool's programmed offset looks like the tool's own.
-/// @returns why the sheet was not printed from this file; nothing where it may have been.
+/// @returns the reason why the sheet was not printed from this file; nothing if it may have been.
 std::optional<std::string> CheckAgainstFile(const SheetPlan& plan, const SheetResult& result) {
-  constexpr double kMostBias_mm = 0.03;  // of the published method
+  constexpr double kMostBias_mm = 0.03;  // published method's bias
   constexpr double kSigmas = 4;
-  // A pair's "+" and "-" structure stand one after the other.
+  // A pair's "+" and "-" structure are adjacent.
   for (std::size_t i = 0; i + 1 < plan.structures.size(); i += 2) {
     const Structure& plus = plan.structures[i];
     if (plus.combs[0].tool != plan.settings.reference_tool) continue;
     const Measured& first = result.structures[i].offset_mm;
     const Measured& second = result.structures[i + 1].offset_mm;
     if (!first.good() || !second.good()) continue;
-    // The tested comb is comb 0 of "+" and comb 1 of "-": what favours an order cancels.
+    // The tested comb is comb 0 of "+" and comb 1 of "-": a bias by order cancels.
     const double programmed_mm = -Programmed_mm(plus);
     const double offset_mm = (second.quantity().value - first.quantity().value) / 2;
     const double uncertainty_mm =
@@ -50,7 +50,7 @@ std::optional<std::string> CheckAgainstFile(const SheetPlan& plan, const SheetRe
   return std::nullopt;
 }
 
-/// What is known of each tool before its combs are read.
+/// Properties of each tool before its combs are read.
 struct KnownTool {
   bool usable = false;
   std::string why_not;
@@ -59,7 +59,7 @@ struct KnownTool {
 };
 using KnownTools = std::map<int, KnownTool>;
 
-/// What the reference tool has surely drawn alone: the code, or its own combs.
+/// Lists legs that surely only the reference tool has drawn: the code, or its own combs.
 std::vector<Leg> ReferenceLegs(const SheetPlan& plan) {
   std::vector<Leg> legs;
   for (const Structure& structure : plan.structures) {
@@ -76,9 +76,9 @@ std::vector<Leg> ReferenceLegs(const SheetPlan& plan) {
   return legs;
 }
 
-/// Whether in some structure most lines of the reference tool are not where the map puts them.
+/// True if in some structure most lines of the reference tool are off the map.
 bool ReferenceLiesElsewhere(const SheetPlan& plan, const InkRaster& raster) {
-  constexpr double kFaint = 0.5;  // of where the lines are seen best
+  constexpr double kFaint = 0.5;  // relative to the strongest lines
   std::vector<double> strength;
   for (const Structure& structure : plan.structures) {
     for (const std::size_t comb : {std::size_t{0}, std::size_t{1}}) {
@@ -95,8 +95,8 @@ bool ReferenceLiesElsewhere(const SheetPlan& plan, const InkRaster& raster) {
   return *least < std::max(raster.FaintestInk(), kFaint * *most);
 }
 
-/// Whether a side of the box was found along one of its lines in part and along the next in part:
-/// no paper bends as far within a side.
+/// True if a side of the box was found partly along one of its lines, partly along the next. No
+/// paper bends as far within a side.
 bool SideChangesLine(const SheetPlan& plan, const PageMap& map) {
   if (plan.box_insets_mm.size() < 2) return false;
   const double most_mm = 0.5 * (plan.box_insets_mm[1] - plan.box_insets_mm[0]);
@@ -152,11 +152,11 @@ KnownTools KnowTools(const SheetPlan& plan, const InkColour& reference,
   return known;
 }
 
-/// What lies in structures without being theirs.
+/// Foreign ink inside structures.
 struct OtherInk {
   std::vector<ForeignLeg> foreign;
-  std::vector<double> stray;  ///< for each structure, part of its white
-  std::vector<bool> glare;    ///< for each structure of a photo; empty of a scan
+  std::vector<double> stray;  ///< per structure, share of its white
+  std::vector<bool> glare;    ///< per structure of a photo; empty for a scan
 };
 
 OtherInk FindOtherInk(const SheetPlan& plan, const InkRaster& raster, const InkColour& reference,
@@ -226,7 +226,7 @@ void CompareResolution(const AnalyseOptions& options, SheetResult& result) {
   const Resolution shown = ShownResolution(result.sheet.map);
   result.page_dpi_x = shown.x;
   result.page_dpi_y = shown.y;
-  if (result.photo) return;  // what a camera's file states is of no page
+  if (result.photo) return;  // a camera's file states no page resolution
   const auto differs = [](const std::optional<double>& stated, double found) {
     return stated && !(std::abs(*stated / found - 1) < kSameResolution);
   };
@@ -240,11 +240,12 @@ void CompareResolution(const AnalyseOptions& options, SheetResult& result) {
       result.page_dpi_x, result.page_dpi_y));
 }
 
-/// Tells why a scan is too coarse; nothing where it is not. Between the two legs of a finger are
-/// 0.3 mm of paper: with fewer than four pixels across a leg and its gap a line's place depends on
-/// the pixels; with fewer than six the distance of both, which tells the play of original sheets.
+/// Returns the reason why a scan is too coarse, or nothing. Between the two legs of a finger are
+/// 0.3 mm of paper. With fewer than four pixels across a leg and its gap a line's place depends on
+/// the pixels; with fewer than six so does the distance of both, which determines the backlash on
+/// original sheets.
 std::optional<std::string> TooCoarse(const SheetPlan& plan, const PageMap& map) {
-  constexpr double kScale = 0.97;  // of scanners, at worst
+  constexpr double kScale = 0.97;  // scanner scale, worst case
   const double least_dpi = plan.original ? 200 : 150;
   const double dpi = 25.4 * std::min(Length(map.u_px_mm), Length(map.v_px_mm));
   if (dpi >= kScale * least_dpi) return std::nullopt;
@@ -259,7 +260,7 @@ constexpr const char* kNoOriginalPhoto =
     "a photo of a sheet of the original generator is not read: put it on a scanner, or print a "
     "sheet with trammel offset pattern --for-photo";
 
-/// What words are for before the sheet is seen: a photo where anything speaks for one.
+/// Returns the kind for messages before the sheet is found: a photo if anything indicates one.
 PageKind LikelyKind(const PageView& page, const SheetPlan& plan, const AnalyseOptions& options) {
   if (options.kind) return *options.kind;
   const bool stated = options.dpi_x.has_value() || plan.original;
@@ -267,7 +268,7 @@ PageKind LikelyKind(const PageView& page, const SheetPlan& plan, const AnalyseOp
   return camera && !stated ? PageKind::kPhoto : PageKind::kScan;
 }
 
-/// The sheet on the page, and whether it is a scan or a photo.
+/// Finds the sheet on the page, and whether it is a scan or a photo.
 Result<PageKind> FindSheetAndKind(const PageView& page, const SheetPlan& plan,
                                   const AnalyseOptions& options, SheetOnPage& found) {
   if (options.kind == PageKind::kPhoto && plan.original) return Fail(kNoOriginalPhoto);
@@ -284,7 +285,7 @@ Result<PageKind> FindSheetAndKind(const PageView& page, const SheetPlan& plan,
   return *kind;
 }
 
-/// How the photo was taken, and the sheet's map.
+/// Determines the photo's geometry, and the sheet's map.
 Result<PhotoOnPage> ReadPhoto(const PageView& page, const SheetPlan& plan,
                               const PhotoSource& source, SheetOnPage& sheet) {
   const double blur_px = BlurOfBox_px(page, plan, sheet);
@@ -301,7 +302,7 @@ Result<PhotoOnPage> ReadPhoto(const PageView& page, const SheetPlan& plan,
 
 Result<SheetResult> AnalyseSheet(const PageView& page, const SheetPlan& plan,
                                  const AnalyseOptions& options) {
-  /// Beside the box: how far a tool is looked for, and half of a leg more.
+  /// Search range for a tool beside the box, and half of a leg more.
   constexpr double kAround_mm = kSearch_mm + 5;
   SheetResult result;
   const auto kind = TRY(FindSheetAndKind(page, plan, options, result.sheet));

@@ -100,7 +100,7 @@ void ExpectOffset(const ToolReading& tool, double dx_mm, double dy_mm, double to
   EXPECT_NEAR(tool.dy_mm.quantity().value, dy_mm, tolerance_mm) << "T" << tool.tool;
 }
 
-/// What is left at 300 dpi where teeth come near, or colours and levels are uneven.
+/// Error at 300 dpi if teeth are near each other, or colours and levels are uneven.
 constexpr double kQuick_mm = 0.002;
 
 TEST(AnalyseSheet, ReadsToolsOfEveryColourEachInItsBestChannel) {
@@ -374,7 +374,7 @@ struct Crowd {
   int tools;
   std::map<int, SheetPoint> offset_mm;
   std::vector<int> good = {};
-  std::vector<int> refused = {};  ///< by a reason that names T6 and T7
+  std::vector<int> refused = {};  ///< with a reason that names T6 and T7
 };
 
 TEST(AnalyseSheet, TakesNoToolsLinesForAnothersWhereTheyHideEachOther) {

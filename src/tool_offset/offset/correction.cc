@@ -20,7 +20,7 @@ constexpr std::array<std::pair<OffsetFirmware, std::string_view>, 4> kNames = {{
     {kRepRapFirmware, "reprapfirmware"},
 }};
 
-// Micrometres; no "-0.000".
+// Formats in micrometres; never "-0.000".
 std::string Number(double value_mm) {
   const double rounded = std::round(1000 * value_mm) / 1000;
   return fmt::format("{:.3f}", rounded == 0 ? 0.0 : rounded);

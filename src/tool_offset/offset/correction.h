@@ -1,4 +1,4 @@
-// What takes a measured offset out: each firmware's own command, with its own sign.
+// Correction of a measured offset: each firmware's own command, with its own sign.
 #pragma once
 
 #include <optional>
@@ -8,7 +8,7 @@
 
 namespace trammel::tool_offset {
 
-/// Who keeps a tool's offset.
+/// Firmware that stores a tool's offset.
 enum class OffsetFirmware {
   kKlipperTool,         ///< klipper-toolchanger's [tool]: SET_TOOL_PARAMETER, SAVE_TOOL_PARAMETER
   kKlipperGcodeOffset,  ///< SET_GCODE_OFFSET in the tool's own macro; IDEX, and changers by macros
@@ -18,34 +18,35 @@ enum class OffsetFirmware {
 
 /// "klipper-tool", "klipper-gcode-offset", "marlin" or "reprapfirmware".
 [[nodiscard]] std::string_view ToString(OffsetFirmware firmware);
-/// Absent where the name is none of the above.
+/// Parses the name; absent if it is none of the above.
 [[nodiscard]] std::optional<OffsetFirmware> ParseOffsetFirmware(std::string_view name);
 
-/// A tool's offset as its firmware keeps it, in the firmware's own sense.
+/// Offset of a tool as its firmware stores it, with the firmware's own sign.
 struct KeptOffset {
   double x_mm = 0;
   double y_mm = 0;
 };
 
-/// The kept offset with which the tool's lines land where the reference tool's do.
+/// Computes the stored offset with which the tool's lines land on the reference tool's.
 ///
-/// `dx` is where the tool's line lands minus where the reference tool's would for the same command.
-/// Klipper adds its offset to every commanded position, so that it falls by dx. Marlin and
-/// RepRapFirmware keep where the tool's nozzle is and move the head the other way, so that theirs
-/// grows by dx.
+/// `dx` is the position of the tool's line minus that of the reference tool's for the same command.
+/// Klipper adds its offset to every commanded position, so it decreases by dx. Marlin and
+/// RepRapFirmware store the nozzle's position and move the head the other way, so theirs increases
+/// by dx.
 [[nodiscard]] KeptOffset Corrected(OffsetFirmware firmware, const KeptOffset& now, double dx_mm,
                                    double dy_mm);
 
-/// Sets it until the next restart. Lines of G-code, without line ends; micrometres.
-/// REQUIRES 0 <= tool <= 99 and finite offsets.
+/// Returns commands that set the offset until the next restart. Lines of G-code, without line ends;
+/// micrometres. REQUIRES 0 <= tool <= 99 and finite offsets.
 [[nodiscard]] std::vector<std::string> SetCommands(OffsetFirmware firmware, int tool,
                                                    const KeptOffset& offset);
 
-/// Keeps it beyond that; empty where it is a line in the user's own configuration.
+/// Returns commands that store the offset permanently; empty if it is a line in the user's own
+/// configuration.
 [[nodiscard]] std::vector<std::string> SaveCommands(OffsetFirmware firmware, int tool);
 
-/// What is left to do, once for all tools, where no command of one tool keeps its offset; empty
-/// otherwise.
+/// Returns the remaining step, once for all tools, if no command of one tool stores its offset;
+/// empty otherwise.
 [[nodiscard]] std::string SaveAdvice(OffsetFirmware firmware, int tool, const KeptOffset& offset);
 
 }  // namespace trammel::tool_offset

@@ -11,8 +11,8 @@ using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 using enum OffsetFirmware;
 
-// Where a line lands for the command (0, 0), by each firmware's own arithmetic: `nozzle` is where
-// the tool's nozzle truly sits against the reference tool's.
+// Computes the position of a line for the command (0, 0), by each firmware's own arithmetic.
+// `nozzle` is the true position of the tool's nozzle relative to the reference tool's.
 double Lands(OffsetFirmware firmware, double nozzle_mm, double kept_mm) {
   switch (firmware) {
     case kKlipperTool:

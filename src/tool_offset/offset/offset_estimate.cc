@@ -20,14 +20,14 @@ namespace trammel::tool_offset {
 namespace {
 
 struct PlayOfLegs {
-  std::optional<Quantity> x_mm;  ///< of the bed's axes; nothing where the sheet does not tell
+  std::optional<Quantity> x_mm;  ///< bed axes; absent if not determined
   std::optional<Quantity> y_mm;
 };
 
-/// Less likely than this by chance: a contradiction, which widens the intervals.
+/// Probability below which a contradiction is not by chance and widens the intervals.
 constexpr double kContradiction = 0.01;
 
-/// The mean distance of a comb's legs beyond the planned one.
+/// Mean distance of a comb's legs beyond the planned one.
 struct CombSpacing {
   std::pair<int, Axis> of;  ///< tool and axis: what shares a line's shape
   SheetPoint play;          ///< per mm of each axis' play
@@ -66,7 +66,7 @@ std::vector<CombSpacing> SpacingsOf(const SheetPlan& plan,
   return combs;
 }
 
-/// Variance of each comb's mean: its tool's scatter, pooled.
+/// Computes the variance of each comb's mean: its tool's scatter, pooled.
 Eigen::VectorXd Variances(const std::vector<CombSpacing>& combs, double& freedom) {
   constexpr double kLeast_mm2 = 1e-12;  // 1 nm: a drawn page without noise
   std::map<int, std::pair<double, double>> pooled;
@@ -85,13 +85,13 @@ Eigen::VectorXd Variances(const std::vector<CombSpacing>& combs, double& freedom
   return variance;
 }
 
-/// Play from the distance of fingers' two legs.
+/// Estimates backlash from the distance of fingers' two legs.
 ///
-/// The middle of a finger that is drawn there and back has no play in it, but its legs lag opposite
-/// ways: combs that are stepped one way have their legs closer together, the others further apart.
-/// What a tool's lines do to the distance by their shape is the same in all its combs of an axis,
-/// and is fitted with the play: least squares, each comb weighted by the scatter of its tool's
-/// distances; intervals widen where combs contradict each other (chi-square, 1 %).
+/// Backlash does not move the middle of a finger that is drawn there and back, but its legs lag in
+/// opposite directions: combs stepped one way have their legs closer together, the others farther
+/// apart. The effect of the lines' shape on the distance is the same in all combs of a tool and
+/// axis, and is fitted together with the backlash: least squares, each comb weighted by the scatter
+/// of its tool's distances. Intervals widen if combs contradict each other (chi-square, 1 %).
 /// @param structures  with their fingers, of this plan.
 PlayOfLegs EstimatePlayOfLegs(const SheetPlan& plan,
                               const std::vector<StructureReading>& structures) {
@@ -128,7 +128,7 @@ PlayOfLegs EstimatePlayOfLegs(const SheetPlan& plan,
   return {answer(0), answer(1)};
 }
 
-/// A bed axis in the sheet's axes.
+/// Bed axis in the sheet's axes.
 struct Turn {
   double c = 1;
   double s = 0;
@@ -148,7 +148,7 @@ Measured Answer(const std::optional<Quantity>& quantity, const std::string& why_
   return quantity ? Measured::Good(*quantity) : Measured::CannotTell(why_not);
 }
 
-/// Why structures with this tool could not be read: the first reason.
+/// Returns the first reason why structures with this tool were unreadable.
 std::string FirstReason(const SheetPlan& plan, const SheetResult& result, int tool) {
   for (const StructureReading& reading : result.structures) {
     const Structure& structure = plan.structures[reading.structure];
@@ -163,7 +163,8 @@ void Refuse(const std::string& reason, ToolReading& tool) {
   tool.dx_mm = tool.dy_mm = Measured::Refused(reason);
 }
 
-/// A tool whose teeth touch, or lie among others: what its combs say roughly, and what to do.
+/// Reports the approximate reading and the remedy for a tool whose teeth touch, or are among
+/// others.
 void AnswerCoarsely(const SheetPlan& plan, ToolReading& tool) {
   const double most_mm = std::max(std::abs(tool.coarse_mm.u_mm), std::abs(tool.coarse_mm.v_mm));
   const double reach_mm = plan.original ? kOriginalReach_mm : kCoarseReach_mm;
@@ -174,7 +175,7 @@ void AnswerCoarsely(const SheetPlan& plan, ToolReading& tool) {
                     tool.tool, tool.coarse_mm.u_mm, tool.coarse_mm.v_mm, reach_mm),
         tool);
   }
-  // Fingers are looked for within 0.3 mm; on flat paper they lie within 0.04 mm of each other.
+  // Fingers are searched for within 0.3 mm; on flat paper they are within 0.04 mm of each other.
   constexpr double kMostSpread_mm = 0.12;
   if (tool.coarse_reading.spread_mm > kMostSpread_mm) {
     return Refuse(
@@ -195,10 +196,10 @@ void AnswerCoarsely(const SheetPlan& plan, ToolReading& tool) {
       tool.tool, tool.coarse_mm.u_mm, tool.coarse_mm.v_mm, FineReach_mm(plan.settings));
 }
 
-/// Why a tool could not be found.
+/// Explains why a tool was not found.
 std::string NotFound(const ToolReading& tool) {
   const CoarseReading& coarse = tool.coarse_reading;
-  constexpr double kMostPrinted = 0.8;  // of lines; more seem to be there
+  constexpr double kMostPrinted = 0.8;  // of lines; above it they seem present
   if (coarse.beside >= 0 && coarse.legs_share > kMostPrinted) {
     return fmt::format(
         "T{}: cannot tell where it prints: T{} prints over its lines; set the offset of both "
@@ -221,9 +222,9 @@ std::string NotFound(const ToolReading& tool) {
       tool.tool, kSearch_mm, 100 * coarse.legs_share);
 }
 
-/// What a scanner's one-sided light does to a faint line and not to a dark one: the shadow beside a
-/// line shifts the place that halves its ink by the shadow's ink over the line's. Shadows of
-/// flatbeds take up to half of the light over up to 0.2 mm beside a line.
+/// Computes the error of a faint line by a scanner's one-sided light. The shadow beside a line
+/// shifts the position that halves its ink by the shadow's ink over the line's. Flatbeds' shadows
+/// take up to half of the light over up to 0.2 mm.
 double ShadowUncertainty_mm(double reference, double tool) {
   constexpr double kFaintest_mm = 0.008;  // standard uncertainty against a line of no contrast
   const double ratio = std::min(reference, tool) / std::max({reference, tool, 1e-9});
@@ -231,8 +232,8 @@ double ShadowUncertainty_mm(double reference, double tool) {
   return ratio > 0.9 ? 0 : kFaintest_mm * (1 - ratio);
 }
 
-/// What a photo's focal length that is not known well does to lines of another height: the foot
-/// point of the lens moves with its square. Sheet axes, with signs; zero for a scan.
+/// Computes the error of lines of another height by a photo's uncertain focal length: the lens's
+/// foot point moves with its square. Sheet axes, with signs; zero for a scan.
 SheetPoint StandUncertainty_mm(const SheetModel& model, const SheetResult& result) {
   if (!result.photo) return {};
   const PhotoPose& pose = result.photo->pose;
@@ -241,8 +242,8 @@ SheetPoint StandUncertainty_mm(const SheetModel& model, const SheetResult& resul
   return {factor * (pose.foot.u_mm - pose.aim.u_mm), factor * (pose.foot.v_mm - pose.aim.v_mm)};
 }
 
-/// What a lens's axis that is not known well does to lines that are seen in another scale than the
-/// reference tool's: they grow about another point.
+/// Computes the error of lines in another scale than the reference tool's by the lens's uncertain
+/// axis: they grow about another point.
 double AxisUncertainty_mm(const SheetModel& model, const SheetResult& result, int tool) {
   if (!result.photo) return 0;
   std::vector<double> colour_per_px;
@@ -392,7 +393,7 @@ void AnswerSelfTest(const SheetPlan& plan, const SheetModel& model, SheetResult&
   }
 }
 
-/// What the intervals of a photo hold besides scatter.
+/// Describes the parts of a photo's intervals besides scatter.
 std::string PhotoNotice(const PhotoOnPage& photo) {
   return fmt::format(
       "a photo: the intervals allow for lines of one tool that lie {:.0f} um higher than another's "

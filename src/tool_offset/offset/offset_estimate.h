@@ -5,11 +5,11 @@
 
 namespace trammel::tool_offset {
 
-/// Fills in every answer of a sheet whose structures have been read: offsets,
-/// play, bias, scale, pick-ups, self-test, notices.
+/// Computes every result of a sheet whose structures have been read: offsets, backlash, bias,
+/// scale, pick-ups, self-test, notices.
 void EstimateOffsets(const SheetPlan& plan, SheetResult& result);
 
-/// The same by a model that knows more than this result's structures.
+/// Computes the results by a model of more data than this result's structures.
 void EstimateOffsets(const SheetPlan& plan, const SheetModel& model, SheetResult& result);
 
 }  // namespace trammel::tool_offset

@@ -11,12 +11,12 @@
 namespace trammel::tool_offset {
 namespace {
 
-/// Less likely than this by chance: a contradiction, which widens the intervals.
+/// Probability below which a contradiction is not by chance and widens the intervals.
 constexpr double kContradiction = 0.01;
-/// The same of controls drawn + and -. It moves the answers, and nothing known makes the method's
-/// bias depend on the way that a leg was drawn: chance must be out of the question.
+/// Probability limit for controls drawn + and -. It changes the results, and no known effect makes
+/// the method's bias depend on a leg's drawing direction: chance must be excluded.
 constexpr double kBiasByDirection = 0.001;
-/// In the place of a tool: what was taken for granted, which no finger scatters about.
+/// Tool number of an assumption, about which no finger scatters.
 constexpr int kAssumed = -1;
 
 /// Pooled scatter of a tool's fingers.
@@ -31,14 +31,14 @@ struct Equation {
   Combination combination;
   double value_mm = 0;
   double variance_mm2 = 0;
-  std::array<double, 2> share_mm2{};  ///< of the variance, by comb
+  std::array<double, 2> share_mm2{};  ///< share of variance, by comb
   std::array<int, 2> tool{};
   Purpose purpose = Purpose::kTool;
   Axis axis = Axis::kX;
   int direction = 1;
 };
 
-/// Where each unknown stands in the vector of all.
+/// Index of each unknown in the vector of all.
 struct Columns {
   std::map<int, int> tool;
   std::map<std::pair<int, int>, int> pick_up;
@@ -60,7 +60,7 @@ struct Columns {
     count += by_direction ? 6 : 4;
   }
 
-  /// False where the combination asks for something that no equation has.
+  /// Fills in the row; false if the combination has an unknown that no equation has.
   bool Row(const Combination& c, Eigen::Ref<Eigen::VectorXd> row) const {
     row.setZero();
     const auto add = [&](int column, SheetPoint weight) {
@@ -138,8 +138,8 @@ struct SheetModel::Solution {
   std::vector<Equation> equations;
   std::optional<Columns> columns;
   WeightedFit fit;
-  double widening = 1;          ///< of all variances
-  double assumed_variance = 1;  ///< of heights and colours, in parts of the stated one
+  double widening = 1;          ///< factor of all variances
+  double assumed_variance = 1;  ///< heights' and colours', relative to the stated variance
 
   using Photos = std::vector<const std::vector<StructureReading>*>;
   void Pool(const SheetPlan& plan, const Photos& photos);
@@ -147,13 +147,13 @@ struct SheetModel::Solution {
   void Collect(const SheetPlan& plan, const Photos& photos);
   /// Adds the equations of one structure, each of a photo, as their mean and their differences.
   void AddViews(const std::vector<Equation>& views, double of_photo);
-  /// Adds what is taken for granted of each tool's height and colour.
+  /// Adds the prior of each tool's height and colour.
   void Assume(const RadialSpread& spread);
   void Solve(bool bias_by_direction);
-  /// Solves anew with what was taken for granted as large as the tools' lines show it.
+  /// Solves again with the prior scaled to the tools' lines.
   void ScaleAssumed(const RadialSpread& spread, bool bias_by_direction);
-  /// Squares of heights and colours in parts of what is taken for granted of them now, mean over
-  /// their degrees of freedom: those from before and as many as the photo tells.
+  /// Returns the mean square of heights and colours in units of their present prior, over their
+  /// degrees of freedom: the former ones and as many as the photo determines.
   double LinesAgainstAssumed(double freedom_before);
   [[nodiscard]] bool ControlsDisagree() const;
   [[nodiscard]] bool HasEveryControl() const;
@@ -188,7 +188,7 @@ Combination StructureEquation(const SheetPlan& plan, const Structure& structure)
 
 namespace {
 
-/// What the tools' heights and colours do to a structure whose comb 1 alone is moved.
+/// Computes the effect of the tools' heights and colours on a structure of which only comb 1 moves.
 std::map<int, SheetPoint> RadialOf(const SheetPlan& plan, const Structure& structure,
                                    SheetPoint lever) {
   std::map<int, SheetPoint> radial;
@@ -216,8 +216,8 @@ void AddTo(Combination& sum, const Combination& more, double factor) {
   add(sum.bias[1], more.bias[1]);
 }
 
-/// Of equations of one structure, each of a photo.
-/// @param share  of one photo's variance that the mean has.
+/// Averages equations of one structure, one per photo.
+/// @param share  the mean's variance in parts of one photo's.
 Equation Mean(const std::vector<Equation>& views, double share) {
   Equation mean = views.front();
   const double part = 1 / static_cast<double>(views.size());
@@ -235,8 +235,8 @@ Equation Mean(const std::vector<Equation>& views, double share) {
   return mean;
 }
 
-/// Which part of the fingers' variance is a photo's own: from what their residuals differ by
-/// between one photo and the next.
+/// Estimates the part of the fingers' variance that is a photo's own: from differences of their
+/// residuals between one photo and the next.
 double PhotoShare(const std::vector<const std::vector<StructureReading>*>& photos) {
   constexpr double kLeast = 0.02;
   double apart = 0;
@@ -258,7 +258,7 @@ double PhotoShare(const std::vector<const std::vector<StructureReading>*>& photo
   return both > 0 ? std::clamp(apart / both, kLeast, 1.0) : 1;
 }
 
-/// How the displacement grows along a structure of two tools.
+/// Returns the equation of the displacement's growth along a structure of two tools.
 /// @param offset  the structure's own equation.
 std::optional<Equation> GrowthOf(const SheetPlan& plan, const StructureReading& reading,
                                  const Equation& offset) {
@@ -291,7 +291,7 @@ Combination ReadingEquation(const SheetPlan& plan, const StructureReading& readi
 }
 
 void SheetModel::Solution::Pool(const SheetPlan& plan, const Photos& photos) {
-  // Photos of one print see the same scatter.
+  // Photos of one print show the same scatter.
   const auto views = static_cast<double>(photos.size());
   for (const std::vector<StructureReading>* structures : photos) {
     for (const StructureReading& reading : *structures) {
@@ -307,7 +307,7 @@ void SheetModel::Solution::Pool(const SheetPlan& plan, const Photos& photos) {
 
 Equation SheetModel::Solution::EquationOf(const SheetPlan& plan,
                                           const StructureReading& reading) const {
-  /// A structure this much worse than its tools elsewhere stands for itself.
+  /// Ratio above which a structure worse than its tools elsewhere has its own variance.
   constexpr double kWorse = 2.5;
   constexpr double kLeast_mm2 = 1e-12;  // 1 nm: a drawn page without noise
   const Structure& structure = plan.structures[reading.structure];
@@ -355,7 +355,7 @@ void SheetModel::Solution::AddViews(const std::vector<Equation>& views, double o
   }
   const auto count = static_cast<double>(views.size());
   equations.push_back(Mean(views, 1 - of_photo * (1 - 1 / count)));
-  // What the next one differs by from those before.
+  // Adds the difference of each equation from the mean of those before.
   for (std::size_t next = 1; next < views.size(); ++next) {
     const auto before = static_cast<double>(next);
     Equation contrast = Mean({views.begin(), views.begin() + static_cast<std::ptrdiff_t>(next)},
@@ -463,7 +463,7 @@ bool SheetModel::Solution::ControlsDisagree() const {
   return ChiSquareTail(sum, tests) < kBiasByDirection;
 }
 
-/// Whether along both axes a control of each kind could be read.
+/// True if a control of each kind was readable along both axes.
 bool SheetModel::Solution::HasEveryControl() const {
   std::array<bool, 4> has{};
   for (const Equation& equation : equations) {
@@ -473,7 +473,8 @@ bool SheetModel::Solution::HasEveryControl() const {
   return has[0] && has[1] && has[2] && has[3];
 }
 
-/// Value ± what the fingers' scatter makes of it; degrees of freedom after Welch and Satterthwaite.
+/// Returns the value with the uncertainty from the fingers' scatter; degrees of freedom after Welch
+/// and Satterthwaite.
 Quantity SheetModel::Solution::Spread(double value_mm, const Eigen::VectorXd& gain) const {
   std::map<int, double> share_mm2;
   for (std::size_t i = 0; i < equations.size(); ++i) {

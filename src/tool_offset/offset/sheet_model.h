@@ -1,4 +1,5 @@
-// All structures of a sheet together: offsets of the tools, play of the axes, bias of the method.
+// Model of all structures of a sheet: offsets of the tools, backlash of the axes, bias of the
+// method.
 #pragma once
 
 #include <Eigen/Core>
@@ -25,57 +26,54 @@ struct WeightedFit {
 [[nodiscard]] WeightedFit FitWeighted(const Eigen::MatrixXd& design, const Eigen::VectorXd& y,
                                       const Eigen::VectorXd& variance);
 
-/// A weighted sum of the sheet's unknowns, in mm. Weights in the sheet's or the bed's axes, as
-/// named.
+/// Weighted sum of the sheet's unknowns, in mm. Weights in the sheet's or the bed's axes, as named.
 struct Combination {
-  std::map<int, SheetPoint> tool;                     ///< of a tool's offset, sheet axes
+  std::map<int, SheetPoint> tool;                     ///< weight of a tool's offset, sheet axes
   std::map<std::pair<int, int>, SheetPoint> pick_up;  ///< of (tool, pick-up), sheet axes
-  /// Of a photo: of the height (u_mm) of a tool's lines above the reference tool's, and of how far
-  /// their colour lies further out in the picture's corner (v_mm: per px).
+  /// Weights on a photo. u_mm: height of a tool's lines above the reference tool's. v_mm: their
+  /// colour's outward shift in the picture's corner, per px.
   std::map<int, SheetPoint> radial;
   SheetPoint play;  ///< of the play along x (u_mm) and y (v_mm)
-  /// Of the method's bias along u (u_mm) and v (v_mm), for legs drawn + and for legs drawn -.
+  /// Weights of the method's bias along u (u_mm) and v (v_mm), for legs drawn + and drawn -.
   std::array<SheetPoint, 2> bias;
 };
 
-/// What a structure's offset is made of, but for its programmed one:
-///   o = (offset of comb 1's tool - offset of comb 0's tool + play of 1 - play of 0) along its axis
+/// Returns the equation of a structure's offset, without its programmed one:
+///   o = (offset of comb 1's tool - offset of comb 0's tool + backlash of 1 - backlash of 0) along
+///   its axis
 ///       + bias of that axis.
-/// On an original sheet play cancels within each finger, and a bias belongs to "+" or to "-"
-/// structures: what favours a comb's order changes its sign from one to the other, what favours its
-/// side does not.
-/// While an axis moves up the nozzle is half of its play behind, down half ahead; a leg along u or
-/// v of the tilted sheet moves both axes.
+/// On an original sheet backlash cancels within each finger, and a bias belongs to "+" or to "-"
+/// structures. An effect of a comb's order changes its sign from one to the other, an effect of its
+/// side does not. While an axis moves up the nozzle is half of its backlash behind, down half
+/// ahead. A leg along u or v of the tilted sheet moves both axes.
 [[nodiscard]] Combination StructureEquation(const SheetPlan& plan, const Structure& structure);
 
-/// The same of a structure as it was read: on a photo with what height and colour do to it.
+/// Returns a structure's equation as it was read: on a photo with the effect of height and colour.
 [[nodiscard]] Combination ReadingEquation(const SheetPlan& plan, const StructureReading& reading);
 
-/// How the nozzle lags while a leg of a comb is drawn, along the structure's axis: per mm of the
-/// play along x (u_mm) and y (v_mm).
+/// Returns the nozzle's lag while a leg of a comb is drawn, along the structure's axis. Per mm of
+/// backlash along x (u_mm) and y (v_mm).
 [[nodiscard]] SheetPoint PlayAlong(const SheetPlan& plan, const Structure& structure,
                                    const Leg& leg);
 
-/// By how much comb 1 was moved against comb 0 on purpose, along the measured axis.
+/// Returns the programmed offset of comb 1 from comb 0, along the measured axis.
 [[nodiscard]] double Programmed_mm(const Structure& structure);
 
-/// Least squares over all structures that could be read, weighted by the scatter of their fingers,
-/// pooled by tool.
+/// Least squares over all readable structures, weighted by the scatter of their fingers, pooled by
+/// tool.
 ///
-/// The bias is one per axis; where the controls say that it differs between + and - legs
-/// (chi-square, 0.1 %), it is one per direction, which costs precision; so it always is on original
-/// sheets with a control, whose tested combs never change sides. Where the structures
-/// contradict each other beyond their scatter (chi-square, 1 %), all uncertainties grow by the
-/// square root of the ratio.
+/// The bias is one per axis. If the controls show that it differs between + and - legs (chi-square,
+/// 0.1 %), it is one per direction, which costs precision; so it always is on original sheets with
+/// a control, whose tested combs never change sides. If the structures contradict each other beyond
+/// their scatter (chi-square, 1 %), all uncertainties grow by the square root of the ratio.
 ///
-/// On a photo lines of another height or colour are seen in another scale about the lens's foot
-/// point or the picture's middle. Both are unknowns of each tool, from how its structures' offsets
-/// differ and grow along them, and from what is taken for granted (RadialSpread). How large that is
-/// follows from what was stated, as a scaled inverse chi-square of so many degrees of freedom,
-/// and from what the lines show, so that lines more unlike than stated widen the intervals. What
-/// the photo cannot tell of them is in the uncertainty. Several photos of one print see the same
-/// ink, heights and colours from other places: what a structure reads differently in each tells of
-/// those alone.
+/// On a photo lines of another height or colour appear in another scale about the lens's foot point
+/// or the picture's middle. Both are unknowns of each tool, estimated from how its structures'
+/// offsets differ and grow along them, with a prior (RadialSpread). The prior's size follows from
+/// the stated values, as a scaled inverse chi-square of so many degrees of freedom, and from the
+/// lines, so lines more unlike than stated widen the intervals. The uncertainty includes what the
+/// photo does not determine. Several photos of one print show the same ink, heights and colours
+/// from other places: differences between a structure's readings depend on those alone.
 class SheetModel {
  public:
   SheetModel(const SheetPlan& plan, const std::vector<StructureReading>& structures,
@@ -85,19 +83,19 @@ class SheetModel {
              const RadialSpread& spread);
   ~SheetModel();
 
-  /// The combination's value; nothing where the readable structures do not determine it.
+  /// Returns the combination's value; absent if the readable structures do not determine it.
   [[nodiscard]] std::optional<Quantity> Estimate(const Combination& combination) const;
-  /// The offset of a structure outside the model (self-test) without the method's bias.
+  /// Returns the offset of a structure outside the model (self-test) without the method's bias.
   [[nodiscard]] std::optional<Quantity> WithoutBias(const SheetPlan& plan,
                                                     const StructureReading& reading) const;
 
-  /// How unlike the tools' lines are on a photo, in parts of what was stated; 1 on a scan.
+  /// Returns the spread of tools' lines on a photo, in parts of the stated one; 1 on a scan.
   [[nodiscard]] double line_spread() const;
   [[nodiscard]] double chi_square() const;
   [[nodiscard]] int freedom() const;
   [[nodiscard]] bool bias_by_direction() const;
   [[nodiscard]] bool widened() const;
-  [[nodiscard]] double pooled_scatter_mm() const;  ///< of a finger
+  [[nodiscard]] double pooled_scatter_mm() const;  ///< per finger
 
  private:
   struct Solution;

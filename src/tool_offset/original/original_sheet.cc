@@ -14,23 +14,23 @@
 namespace trammel::tool_offset {
 namespace {
 
-// Published; lengths along the print's axes.
-constexpr double kAcross_mm = 8;  // of a structure: both spines
+// Published lengths along the print's axes.
+constexpr double kAcross_mm = 8;  // width of a structure: both spines
 constexpr double kGap_mm = 3;     // between structures
 constexpr double kStep_mm = kAcross_mm + kGap_mm;
 constexpr double kPlaced_mm = 70;    // the length of a structure as places are computed
 constexpr double kDrawn_mm = 68;     // and of whole periods, as the box is
 constexpr double kBoxGap_mm = 5;     // around everything
-constexpr double kBoxLine_mm = 0.4;  // from one line to the next
+constexpr double kBoxLine_mm = 0.4;  // line spacing
 constexpr double kPitch_mm = 4;
 constexpr int kTeeth = 17;
 constexpr double kSpacing_mm = 0.75;
 constexpr double kOverlap_mm = 4;
-constexpr double kReferenceStart_mm = 2;  // of the reference comb's first leg along the structure
+constexpr double kReferenceStart_mm = 2;  // reference comb's first leg along the structure
 constexpr double kLineWidth_mm = 0.44;    // 0.4 mm nozzle, 1.1 times the filament
 
-/// Beside its turns a leg is not where it was commanded until the slower axis has taken up its
-/// play: 0.23 mm for 60 µm at 15 degrees.
+/// Length beside a turn in which a leg is displaced until the slower axis has taken up its
+/// backlash: 0.23 mm for 60 µm at 15 degrees.
 constexpr double kBesideTurn_mm = 0.5;
 
 /// @param count  how many structures before this one would have the same name.
@@ -68,7 +68,7 @@ Structure OneStructure(const OriginalSheet& sheet, std::size_t pair, Axis axis, 
   return structure;
 }
 
-/// What cannot be told from this sheet; goes with every result of it.
+/// Lists the limits of this sheet; they go with every result of it.
 std::vector<std::string> NoticesOf(const OriginalSheet& sheet) {
   std::vector<std::string> notices{
       "identity not checked: an original sheet carries no number. Another sheet of as many tools, "
@@ -157,7 +157,7 @@ SheetPlan PlanOriginal(const OriginalSheet& sheet) {
   settings.printer.dialect = gcode::Dialect::kRepRapFirmware;
   plan.box_insets_mm = {0, kBoxLine_mm, 2 * kBoxLine_mm};
   const auto pairs = static_cast<double>(sheet.tools.size());
-  const double across_mm = 2 * kStep_mm * pairs - kGap_mm;  // of all structures of an axis
+  const double across_mm = 2 * kStep_mm * pairs - kGap_mm;  // for all structures of an axis
   plan.width_mm = across_mm + kGap_mm + kDrawn_mm + 2 * kBoxGap_mm;
   plan.height_mm = std::max(across_mm, kDrawn_mm) + 2 * kBoxGap_mm;
   const double placed_mm = across_mm + kGap_mm + kPlaced_mm;
@@ -185,16 +185,16 @@ SheetPlan PlanOriginal(const OriginalSheet& sheet) {
 
 namespace {
 
-/// The file has three decimals; its legs are compared to this.
+/// Tolerance of legs in the comparison: the file has three decimals.
 constexpr double kSame_mm = 0.01;
 constexpr std::size_t kBoxStrokes = 12;  // three times four sides
 constexpr std::size_t kLegsOfComb = 33;  // 17 fingers of two legs, of which the first is a travel
-constexpr std::size_t kCombsOfPair = 8;  // of each axis "+" and "-", a tested and a reference comb
+constexpr std::size_t kCombsOfPair = 8;  // per axis "+" and "-", a tested and a reference comb
 constexpr std::size_t kMostLegs = kLegsOfComb * kCombsOfPair * kMostOriginalPairs;
 
-/// A straight line of ink, on the bed.
+/// Straight line of ink, on the bed.
 struct Stroke {
-  long line = 0;  ///< of the file
+  long line = 0;  ///< line in the file
   int tool = -1;
   SheetPoint start;
   SheetPoint end;
@@ -267,7 +267,7 @@ class Moves {
   int tool_ = -1;
 };
 
-/// Where the box lies on the bed.
+/// Position of the box on the bed.
 struct Placing {
   SheetPoint middle;
   double angle_rad = 0;
@@ -288,7 +288,7 @@ struct Placing {
     const double s = std::sin(angle_rad);
     return {c * x + s * y, -s * x + c * y};
   }
-  /// Whether a stroke is drawn where the plan has a leg.
+  /// True if a stroke matches a leg of the plan.
   [[nodiscard]] bool IsAt(const Stroke& stroke, const Leg& leg) const {
     return Far(OnSheet(stroke.start), leg.start) <= kSame_mm &&
            Far(OnSheet(stroke.end), leg.end) <= kSame_mm;
@@ -312,7 +312,7 @@ Result<void> CheckBox(const std::vector<Stroke>& box, const Placing& placing,
   return {};
 }
 
-/// One comb in the order in which the generator draws all of them.
+/// Comb in the generator's drawing order.
 struct DrawnComb {
   Axis axis = Axis::kY;
   std::size_t pair = 0;
@@ -335,7 +335,7 @@ std::vector<DrawnComb> DrawnCombs(std::size_t pairs) {
   return combs;
 }
 
-/// The planned legs of a comb in the order in which they are drawn.
+/// Returns the planned legs of a comb in drawing order.
 std::vector<Leg> PlannedLegs(const SheetPlan& plan, const DrawnComb& drawn) {
   const std::size_t of_axis = plan.structures.size() / 2;  // X structures come first
   const Structure& structure = plan.structures[(drawn.axis == Axis::kX ? 0 : of_axis) +
@@ -352,7 +352,7 @@ std::vector<Leg> PlannedLegs(const SheetPlan& plan, const DrawnComb& drawn) {
   return legs;
 }
 
-/// By how much all legs of a comb are moved against the plan.
+/// Computes the common offset of a comb's legs from the plan.
 Result<SheetPoint> MovedBy(std::span<const Stroke> legs, const std::vector<Leg>& planned,
                            const Placing& placing) {
   SheetPoint mean;

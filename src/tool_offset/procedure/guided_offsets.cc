@@ -25,7 +25,7 @@ bool IsUnfinishedName(const std::string& name) {
                      [&](std::string_view ending) { return name.ends_with(ending); });
 }
 
-/// Of an ordinary file.
+/// Returns the status of an ordinary file.
 std::optional<struct stat> StatOf(const fs::path& path) {
   struct stat found {};
   if (::stat(path.c_str(), &found) != 0 || !S_ISREG(found.st_mode)) return std::nullopt;
@@ -77,7 +77,7 @@ namespace {
 
 constexpr const char* kWho = "trammel offset start";
 
-/// Reads one file. @returns whether it answers; what is wrong with it is said.
+/// Reads one file, and reports its fault. @returns true if it yields a result.
 Result<bool> Try(const ScanWait& wait, const fs::path& path) {
   auto read = wait.read(path);
   if (read || read.error().kind == ErrorKind::kInterrupted) return read;
@@ -85,7 +85,7 @@ Result<bool> Try(const ScanWait& wait, const fs::path& path) {
   return false;
 }
 
-/// The offsets under which the sheet was printed are to be those that are taken out.
+/// Checks that the present offsets are those under which the sheet was printed.
 Result<void> CheckUnchanged(const Session& session, const files::StartRecord& record) {
   for (const files::StartedTool& tool : record.tools) {
     if (!tool.kept) continue;
@@ -95,7 +95,7 @@ Result<void> CheckUnchanged(const Session& session, const files::StartRecord& re
   return {};
 }
 
-/// Nothing where nobody can be asked.
+/// Asks the question; false if there is no person.
 Result<bool> AskIfPossible(Person& person, const Question& question) {
   if (!person.CheckCanAnswer(question.name)) return false;
   return person.Confirm(question, {});
@@ -126,7 +126,7 @@ Result<void> WaitForScan(Person& person, const ScanWait& wait) {
       const auto answered = TRY(Try(wait, path));
       if (answered) return {};
     }
-    // Ends with the terminal.
+    // Ends when the terminal closes.
     TRY(person.LineWithin(kLook_s));
   }
 }
@@ -153,7 +153,7 @@ Result<bool> SetWhereWanted(const Session& session, const OffsetSettling& settli
       person, {kApplyQuestion, fmt::format("set the new offsets of {} on {}", ToolsOf(corrections),
                                            settling.record.printer)});
   if (!set || !*set) return set;
-  // What is read, noted and set belongs together.
+  // Takes a turn, because read, note and set belong together.
   TRY(TakeTurn(session, *settling.settings, settling.state_folder, kWho));
   auto done = CheckUnchanged(session, settling.record);
   if (done) done = SetOffsets(session, corrections, settling.setting);

@@ -125,7 +125,7 @@ TEST_F(ScanFolderTest, OldFilesCountOnlyWhereTheyChange) {
   ScanFolder folder(folder_.path(), now_s_ - 60);
   EXPECT_THAT(folder.Next().ready, IsEmpty());
   EXPECT_THAT(folder.Next().ready, ElementsAre(At("new.png")));
-  Put("old.png", "scanned over", 900);  // as from a computer whose clock is slow
+  Put("old.png", "scanned over", 900);  // like files of a computer whose clock is slow
   (void)folder.Next();
   EXPECT_THAT(folder.Next().ready, ElementsAre(At("old.png")));
   Put("late.png", "another, with an old date", 5000);

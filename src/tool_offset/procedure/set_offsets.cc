@@ -18,19 +18,19 @@ using files::OffsetChange;
 using files::OffsetStage;
 using tool_offset::KeptOffset;
 
-/// Whether a measurement was taken out before and did not get lost since, as by a restart: only
-/// from the offset under which the sheet was printed may it be taken out.
+/// True if a measurement was applied before and not lost since, as by a restart. It may only be
+/// applied to the offset under which the sheet was printed.
 bool IsDone(const OffsetChange& before, const OffsetCorrection& change) {
   if (before.stage == OffsetStage::kUndone || before.tool != change.tool ||
       before.dx_mm != change.measured.dx_mm || before.dy_mm != change.measured.dy_mm) {
     return false;
   }
-  // Begun and cut off: set where the printer has the new offset.
+  // Begun and interrupted: set if the printer has the new offset.
   if (before.stage == OffsetStage::kBegun) return SameOffset(before.new_offset, change.now);
   return !SameOffset(before.old_offset, change.now);
 }
 
-// Taking the same measurement out twice would move the tool by it again.
+// Refuses a second application, which would move the tool again.
 Result<void> RefuseTwice(const std::vector<OffsetCorrection>& corrections,
                          const SetOffsetsOptions& options) {
   if (options.force) return {};
@@ -48,7 +48,7 @@ Result<void> RefuseTwice(const std::vector<OffsetCorrection>& corrections,
   return {};
 }
 
-// A sheet shows no more; a file that says so was made by something else, or by hand.
+// Refuses offsets beyond a sheet's range: such a file was made by something else, or by hand.
 Result<void> RefuseTooFar(const std::vector<OffsetCorrection>& corrections,
                           const SetOffsetsOptions& options) {
   if (options.force) return {};
@@ -65,8 +65,8 @@ Result<void> RefuseTooFar(const std::vector<OffsetCorrection>& corrections,
   return {};
 }
 
-// What was measured beside an offset says nothing of another one: two scans of one sheet would be
-// taken out twice.
+// A measurement holds only for the offset beside which it was made: two scans of one sheet would be
+// applied twice.
 Result<void> RefuseChanged(const std::vector<OffsetCorrection>& corrections,
                            const SetOffsetsOptions& options) {
   for (const OffsetCorrection& change : corrections) {
@@ -93,7 +93,7 @@ std::map<int, KeptOffset> NextOf(const std::vector<OffsetCorrection>& correction
   return next;
 }
 
-/// The lines of the last application on this printer, the last line of each tool.
+/// Returns the last application's changes on this printer, the last line of each tool.
 Result<std::map<int, OffsetChange>> LastApplication(const SetOffsetsOptions& options) {
   auto history = TRY(files::ReadOffsetChanges(options.history));
   const std::string printer = PrinterName(options.printer);
@@ -151,9 +151,9 @@ Result<OffsetUndo> PlanUndo(const Session& session, const SetOffsetsOptions& opt
   const auto last = TRY(LastApplication(options));
   OffsetUndo undo;
   undo.source = last.begin()->second.source;
-  std::string undone;  // when
+  std::string undone;  // time of undo
   for (const auto& [tool, change] : last) {
-    // What was taken back until the next restart may be kept beyond it.
+    // A change undone until the next restart may be undone for good.
     const bool taken_back = change.stage == OffsetStage::kUndone;
     if (taken_back) undone = change.time;
     if (taken_back && !options.save) continue;

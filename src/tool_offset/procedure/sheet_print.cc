@@ -57,7 +57,8 @@ Check CheckReach(const machine::PrinterFacts& facts, const SheetPlan& plan) {
   return Pass("bed", "the sheet lies within the nozzle's reach");
 }
 
-/// The sheet heats T1 as extruder1; a tool with another heater would stay cold, or heat another.
+/// Checks the tool's heater. The sheet heats T1 as extruder1; a tool with another heater would
+/// remain cold, or heat another.
 Check CheckHeaterOf(const PrinterTool& tool) {
   const std::string expected = gcode::KlipperExtruder(tool.number);
   const std::string name = fmt::format("tool {}", tool.number);
@@ -68,7 +69,7 @@ Check CheckHeaterOf(const PrinterTool& tool) {
                                 expected, expected));
 }
 
-/// That the printer knows T1 where the sheet changes tools by it: unknown, Klipper would run on.
+/// Checks that the printer has T1 if the sheet changes tools by it: unknown, Klipper would run on.
 Check CheckToolChange(const Session& session, const std::string& gcode, int tool) {
   constexpr const char* kName = "[tool_offset_pattern] tool_change_gcode";
   if (!gcode.starts_with("T{tool}")) return CheckCommands(session, kName, gcode);
@@ -88,7 +89,7 @@ settings::FilamentSettings FilamentOf(const SheetPlan& plan, std::size_t place) 
   return filament;
 }
 
-/// What drawing with one of the tools takes for granted of the printer.
+/// Checks the sheet's assumptions about the printer for one of the tools.
 std::vector<Check> CheckTool(const machine::PrinterFacts& facts, const SheetPlan& plan,
                              std::size_t place) {
   const tool_offset::SheetSettings& settings = plan.settings;
@@ -115,13 +116,13 @@ std::vector<Check> CheckTool(const machine::PrinterFacts& facts, const SheetPlan
   return checks;
 }
 
-/// Whether hands may come near: nobody else has the printer, it stands where it was homed, nothing
-/// is on, and all is cold.
+/// Watches that hands may come near: nobody else uses the printer, it is where it was homed,
+/// nothing is on, and all is cold.
 class ColdWatch {
  public:
   explicit ColdWatch(const Session& session) : session_(session) {}
 
-  /// By what the printer tells of itself; asks it only now and then.
+  /// Checks the printer's own reports; queries it only occasionally.
   Result<void> Look() {
     TRY(CheckStillHomed(session_));
     const PrinterState now = session_.printer.LastState();
@@ -143,7 +144,7 @@ class ColdWatch {
     return KeepAlive(session_);
   }
 
-  /// What is too warm to be touched, with its temperature; empty: all is cold.
+  /// Names whatever is too warm to touch, with its temperature; empty: all is cold.
   [[nodiscard]] std::string Warm() const {
     std::string text;
     for (const auto& [name, heater] : session_.printer.LastState().heaters) {
@@ -203,7 +204,7 @@ Result<void> Move(const Session& session, const std::string& gcode, const char* 
   return moved ? CheckStillReady(session) : moved;
 }
 
-/// The tool that is active, as far as its extruder tells.
+/// Checks the active tool, as reported by its extruder.
 Result<void> CheckMounted(const Session& session, const SheetPrint& print) {
   const int reference = print.plan.settings.reference_tool;
   const auto state = TRY(session.printer.State(session.Within(kAsk_s)));
@@ -253,21 +254,21 @@ Result<void> No(const char* what) {
 
 Result<void> PrepareForPaper(const Session& session, const SheetPrint& print, Person& person,
                              PrinterStateGuard& guard, ColdWatch& watch) {
-  // Paper that lies there already gets no colder than the bed: nothing is begun over a warm one.
+  // Paper on the bed gets no colder than the bed: nothing starts over a warm one.
   if (person.AnsweredBefore(kPaperQuestion) && !watch.Warm().empty()) {
     return Fail(fmt::format("paper that is taped down beforehand (--yes {}) wants a cold printer: "
                             "{}; let it cool, and begin again",
                             kPaperQuestion, watch.Warm()),
                 ErrorKind::kSafety);
   }
-  // Whichever tool is mounted now: the modes come back, offsets are each tool's own.
+  // With any tool mounted: the modes are restored, offsets are each tool's own.
   TRY(guard.Begin(session));
   TRY(HeatersOff(session));
   auto moved =
       Move(session, HomeAndPickUpGcode(print.plan), "homing, and picking up the tool", "homing");
   if (moved) moved = CheckMounted(session, print);
   if (moved) moved = Move(session, ParkForPaperGcode(print.plan), "parking", "homing");
-  if (moved) moved = HeatersOff(session);  // what levelling switched on
+  if (moved) moved = HeatersOff(session);  // heaters on from levelling
   if (moved)
     moved = session.printer
                 .WaitUntil([](const PrinterState& now) { return HeatersOn(now).empty(); },
@@ -277,7 +278,8 @@ Result<void> PrepareForPaper(const Session& session, const SheetPrint& print, Pe
   return WaitUntilCold(session, watch);
 }
 
-/// Heating is waited for here, where it can be stopped; the file finds all warm.
+/// Heats beside the sheet and waits here, where it can be stopped; all is warm when the file
+/// starts.
 Result<void> HeatBeside(const Session& session, const SheetPrint& print) {
   TRY(Move(session, ParkAsideGcode(print.plan), "moving beside the sheet", "heating"));
   const tool_offset::SheetSettings& settings = print.plan.settings;
@@ -299,7 +301,7 @@ Result<void> NotePrinted(const Session& session, SheetPrint& print) {
   print.record.stage = files::StartStage::kPrinted;
   print.record.printed_s = static_cast<std::int64_t>(std::time(nullptr));
   const auto noted = files::WriteStart(print.folder, print.record);
-  // The sheet is there all the same.
+  // The sheet is printed in any case.
   if (!noted) session.Say("not noted that the sheet is printed: " + noted.error().message);
   return {};
 }
@@ -318,7 +320,7 @@ Result<void> RunSteps(const Session& session, SheetPrint& print, Person& person,
   TRY(WaitUntilCold(session, watch));
   const auto gcode = WriteSheetGcode(print.plan, tool_offset::PaperComes::kBefore);
   TRY(HeatBeside(session, print));
-  // Not before: a run that is stopped while it heats leaves the sheet before it the last one.
+  // Not earlier: after a stop while heating, the previous sheet must remain the last one.
   print.record.stage = files::StartStage::kPrinting;
   TRY(files::WriteStart(print.folder, print.record));
   PrintOptions options;

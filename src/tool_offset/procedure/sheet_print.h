@@ -1,4 +1,4 @@
-// Prints a sheet on paper that a person tapes to the cold bed.
+// Prints a sheet on paper that the operator tapes to the cold bed.
 #pragma once
 
 #include <filesystem>
@@ -16,11 +16,11 @@
 
 namespace trammel::procedure {
 
-/// The questions that lead to a print, by their names.
+/// Names of the questions before a print.
 inline constexpr const char* kMoveQuestion = "move";
 inline constexpr const char* kPaperQuestion = "paper";
 
-/// The G-code of the sheet in the folder: the scan is read with it.
+/// G-code of the sheet in the folder, required to read the scan.
 inline constexpr const char* kSheetGcodeName = "pattern.gcode";
 
 struct SheetPrint {
@@ -29,22 +29,21 @@ struct SheetPrint {
   PrinterTools tools;                                ///< those of the plan among them
   std::filesystem::path folder;                      ///< receives the G-code and start.json
   std::filesystem::path state_folder;                ///< empty: files::StateFolder()
-  files::StartRecord record;                         ///< its run and its date name the run
+  files::StartRecord record;                         ///< its run and its date form the run's name
 };
 
-/// Everything that can be looked at without a move: the printer, the commands of the sheet, each
-/// tool's heater and temperatures, and that all places lie within reach.
+/// Checks all that needs no move: the printer, the commands of the sheet, each tool's heater and
+/// temperatures, and that all places are within reach.
 [[nodiscard]] Result<void> CheckSheetPrint(const Session& session, const SheetPrint& print);
 
 /// Asks, homes, picks up the reference tool, parks out of the way, waits until bed and nozzles are
-/// cold, asks for the paper and looks after the printer meanwhile, heats beside the sheet, prints.
+/// cold, asks for the paper and monitors the printer meanwhile, heats beside the sheet, prints.
 /// Nothing moves or heats before the first answer, nothing at all between the question for the
-/// paper and its answer. Whatever happens all heaters are off in the end, whatever they were at
-/// before, and the rest is as it was (PrinterStateGuard); a tool that was picked up stays on the
-/// head.
+/// paper and its answer. In any case all heaters are off in the end, whatever they were at before,
+/// and the rest is restored (PrinterStateGuard); a tool that was picked up stays on the head.
 /// `record` of the print is on the disk with its stage before and after.
-/// Errors: kInterrupted where the answer is no, too; kSafety where the bed is warm and the paper
-/// lies there; kMachine; kInput.
+/// Errors: kInterrupted if the answer is no, too; kSafety if the bed is warm with the paper on it;
+/// kMachine; kInput.
 [[nodiscard]] GuardedOutcome PrintSheet(Session& session, SheetPrint& print, Person& person);
 
 }  // namespace trammel::procedure

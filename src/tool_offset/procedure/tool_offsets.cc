@@ -19,7 +19,7 @@ using tool_offset::OffsetFirmware;
 
 constexpr double kAsk_s = 10;
 
-/// The toolchanger's tools: numbers, and in the same order Klipper's names of their [tool]s.
+/// Tools of the toolchanger: numbers, and in the same order Klipper's names of their [tool]s.
 struct Changer {
   nlohmann::json numbers = nlohmann::json::array();
   nlohmann::json names = nlohmann::json::array();
@@ -39,7 +39,7 @@ Result<Changer> ReadChanger(const Session& session) {
   return changer;
 }
 
-/// Klipper's name of the [tool] with this number.
+/// Returns Klipper's name of the [tool] with this number.
 Result<std::string> ObjectOf(const Session& session, int tool) {
   const auto changer = TRY(ReadChanger(session));
   const nlohmann::json& numbers = changer.numbers;
@@ -94,7 +94,7 @@ Result<void> Compare(const Session& session, int tool, const KeptOffset& offset)
               ErrorKind::kMachine);
 }
 
-/// Whether SAVE_CONFIG has something left to do.
+/// True if SAVE_CONFIG is pending.
 Result<bool> IsPending(const Session& session) {
   const auto status =
       TRY(session.printer.Query({{"configfile", {"save_config_pending"}}}, session.Within(kAsk_s)));
@@ -104,8 +104,8 @@ Result<bool> IsPending(const Session& session) {
   return pending != object->end() && pending->is_boolean() && pending->get<bool>();
 }
 
-/// The restart may cut the command's own answer off, and questions behind it: what counts is that
-/// nothing is left pending once Klipper is there again.
+/// Saves the configuration. The restart may interrupt the command's own reply, and questions after
+/// it. The criterion is that nothing is pending once Klipper has returned.
 Result<void> SaveConfig(const Session& session) {
   constexpr double kRestart_s = 120;
   constexpr double kStep_s = 0.2;
@@ -184,14 +184,14 @@ Result<void> KeepToolOffsets(const Session& session, const std::map<int, KeptOff
 
 namespace {
 
-constexpr int kMostTool = 31;  // as sheets have them
+constexpr int kMostTool = 31;  // limit of the sheets
 
 bool HasPrefix(const std::set<std::string>& names, const std::string& prefix) {
   const auto at = names.lower_bound(prefix);
   return at != names.end() && at->starts_with(prefix);
 }
 
-/// Tools by their extruders: T0's is "extruder", T1's "extruder1".
+/// Returns tools by their extruders: T0's is "extruder", T1's "extruder1".
 std::vector<PrinterTool> ByExtruders(const std::set<std::string>& sections) {
   std::vector<PrinterTool> tools;
   for (int number = 0; number <= kMostTool; ++number) {
@@ -208,7 +208,7 @@ ToolKeeper KeeperOf(const machine::PrinterFacts& facts) {
   return macros ? ToolKeeper::kMacros : ToolKeeper::kExtruders;
 }
 
-/// What klipper-toolchanger tells of its tools; none where there is no such thing.
+/// Reads the tools that klipper-toolchanger reports; none without it.
 Result<std::vector<PrinterTool>> OfToolchanger(const Session& session) {
   const auto numbers = TRY(ToolNumbers(session));
   std::vector<PrinterTool> tools;
@@ -225,7 +225,7 @@ bool AreNamed(const std::vector<machine::DualCarriage>& carriages) {
                      [](const machine::DualCarriage& each) { return !each.name.empty(); });
 }
 
-/// The macros that pick up carriages by their names.
+/// Returns the macros that pick up carriages by their names.
 std::string MacrosFor(const std::vector<machine::DualCarriage>& carriages) {
   std::string first, second;
   for (const machine::DualCarriage& each : carriages) {

@@ -103,7 +103,7 @@ using ::testing::Contains;
 using ::testing::IsEmpty;
 using Json = nlohmann::json;
 
-/// What printer.cfg has, by the names of its sections.
+/// Makes the contents of printer.cfg, by the names of its sections.
 Json Settings(const std::vector<std::string>& sections) {
   Json settings = Json::object();
   for (const std::string& section : sections) settings[section] = Json::object();
@@ -177,7 +177,7 @@ TEST(PrinterTools, WhereNobodyKeepsOffsetsItIsSaidWhoDoesAndWhatCanBeDone) {
   }
 }
 
-/// What generic_cartesian's configuration has of two carriages.
+/// Makes two carriages as in generic_cartesian's configuration.
 Json NamedCarriages() {
   Json told = Settings({"extruder", "extruder1", "heater_bed", "carriage x", "carriage y"});
   told["settings"]["dual_carriage carriage_u"] = {{"primary_carriage", "x"}};

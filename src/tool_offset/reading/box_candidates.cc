@@ -13,11 +13,11 @@ namespace trammel::tool_offset {
 namespace {
 
 constexpr int kLongSide = 1200;
-/// Small pixels per side of a block whose median is the paper: 6 mm at 100 dpi. Wider than a
-/// finger and its gap several times over; ink covers less than half of it.
+/// Small pixels per side of a block whose median is the paper: 6 mm at 100 dpi. Several times wider
+/// than a finger and its gap; ink covers less than half of it.
 constexpr int kBlock = 24;
 
-/// Block means; of large blocks only every second row and pixel or fewer, which is plenty.
+/// Computes block means; of large blocks every second row and pixel or fewer suffice.
 void ShrinkRows(const PageView& page, int first, int last, SmallPage& small) {
   const int step = std::max(1, small.factor / 4);
   const std::size_t row_values =
@@ -44,7 +44,7 @@ void ShrinkRows(const PageView& page, int first, int last, SmallPage& small) {
   }
 }
 
-/// Medians of blocks, one value per block and channel.
+/// Computes medians of blocks, one value per block and channel.
 std::vector<float> BlockMedians(const SmallPage& small, int columns, int rows) {
   std::vector<float> medians(static_cast<std::size_t>(columns * rows * small.channels));
   ParallelFor(rows, [&](int row) {
@@ -70,7 +70,7 @@ std::vector<float> BlockMedians(const SmallPage& small, int columns, int rows) {
   return medians;
 }
 
-/// Between which two blocks' centres a small pixel lies, and how far along.
+/// Two blocks whose centres enclose a small pixel, and its position between them.
 struct Between {
   int lower = 0;
   int upper = 0;
@@ -137,14 +137,14 @@ SmallPage Shrink(const PageView& page) {
 
 namespace {
 
-/// Of a side with ink along it: gaps where a line broke, and corners, stay below the rest.
+/// Least inked part of a side: gaps of a broken line, and corners, are within the rest.
 constexpr double kSupported = 0.8;
 
 double Cross(PagePoint o, PagePoint a, PagePoint b) {
   return (a.x_px - o.x_px) * (b.y_px - o.y_px) - (a.y_px - o.y_px) * (b.x_px - o.x_px);
 }
 
-/// Andrew's monotone chain.
+/// Computes the hull by Andrew's monotone chain.
 std::vector<PagePoint> ConvexHull(std::vector<PagePoint> points) {
   std::sort(points.begin(), points.end(), [](PagePoint a, PagePoint b) {
     return a.x_px < b.x_px || (a.x_px == b.x_px && a.y_px < b.y_px);
@@ -164,7 +164,7 @@ std::vector<PagePoint> ConvexHull(std::vector<PagePoint> points) {
   return hull;
 }
 
-/// The rectangle of least area; one of its sides lies along a side of the hull.
+/// Returns the rectangle of minimum area; one of its sides is along a side of the hull.
 std::array<PagePoint, 4> SmallestRectangle(const std::vector<PagePoint>& hull) {
   std::array<PagePoint, 4> best{};
   double best_area = std::numeric_limits<double>::infinity();
@@ -193,8 +193,8 @@ std::array<PagePoint, 4> SmallestRectangle(const std::vector<PagePoint>& hull) {
 
 using Pixel = std::array<int, 2>;
 
-/// The hull's own corners nearest to the rectangle's: a scanner whose axes differ in scale makes a
-/// parallelogram of a turned box.
+/// Returns the hull's own corners nearest to the rectangle's: a scanner whose axes differ in scale
+/// makes a parallelogram of a rotated box.
 std::array<PagePoint, 4> Corners(const std::vector<PagePoint>& hull) {
   const std::array<PagePoint, 4> rectangle = SmallestRectangle(hull);
   std::array<PagePoint, 4> corners{};
@@ -207,8 +207,8 @@ std::array<PagePoint, 4> Corners(const std::vector<PagePoint>& hull) {
   return corners;
 }
 
-/// Where straight lines through the outermost pixels of the piece on each side cross: what reaches
-/// out over a side (a hair, lines of a tool far off) is far from the line through most of them.
+/// Intersects straight lines through the outermost pixels on each side of the piece. Anything
+/// beyond a side (a hair, lines of a tool far off) is far from the line through most of them.
 /// @param rectangle  around the piece, roughly turned like it.
 std::optional<std::array<PagePoint, 4>> CornersOfSides(const std::vector<Pixel>& piece,
                                                        const std::array<PagePoint, 4>& rectangle) {
@@ -219,7 +219,7 @@ std::optional<std::array<PagePoint, 4>> CornersOfSides(const std::vector<Pixel>&
   if (length < kFewest || width < kFewest) return std::nullopt;
   const PagePoint along = (1 / length) * (rectangle[1] - origin);
   const PagePoint across = (1 / width) * (rectangle[3] - origin);
-  // Of each column along, the lowest and the highest pixel across; and the other way round.
+  // Lowest and highest pixel across for each column along, and vice versa.
   std::array<std::vector<std::array<double, 2>>, 2> extremes;
   extremes[0].assign(static_cast<std::size_t>(length) + 2, {1e9, -1e9});
   extremes[1].assign(static_cast<std::size_t>(width) + 2, {1e9, -1e9});
@@ -261,8 +261,8 @@ std::optional<std::array<PagePoint, 4>> CornersOfSides(const std::vector<Pixel>&
   return std::array<PagePoint, 4>{corner(0, 0), corner(1, 0), corner(1, 1), corner(0, 1)};
 }
 
-/// Labels the piece that holds the given pixel.
-/// @param piece  becomes its pixels; reused.
+/// Labels the piece that contains the given pixel.
+/// @param piece  receives its pixels; reused.
 void Flood(const SmallPage& page, int threshold, Pixel seed, std::int32_t label,
            std::vector<std::int32_t>& labels, std::vector<Pixel>& piece) {
   piece.assign(1, seed);
@@ -280,7 +280,7 @@ void Flood(const SmallPage& page, int threshold, Pixel seed, std::int32_t label,
   }
 }
 
-/// The outermost pixels of each row, which are all that the hull needs.
+/// Returns the outermost pixels of each row, which suffice for the hull.
 std::vector<PagePoint> Outline(const SmallPage& page, const std::vector<Pixel>& piece) {
   std::vector<std::array<int, 2>> extent(static_cast<std::size_t>(page.height), {page.width, -1});
   for (const auto [x, y] : piece) {
@@ -296,7 +296,7 @@ std::vector<PagePoint> Outline(const SmallPage& page, const std::vector<Pixel>& 
   return outline;
 }
 
-/// Which part of the line from a to b has a pixel of the piece next to it.
+/// Returns the part of the line from a to b with a pixel of the piece next to it.
 double Support(const SmallPage& page, const std::vector<std::int32_t>& labels, std::int32_t label,
                PagePoint a, PagePoint b) {
   constexpr int kReach = 3;  // small pixels to either side
@@ -327,7 +327,8 @@ void SupportSides(const SmallPage& page, const std::vector<std::int32_t>& labels
   }
 }
 
-/// Every pixel becomes as strong as the strongest beside it: what a pixel's gap parts is joined.
+/// Dilates: every pixel takes the strength of its strongest neighbour, which joins pieces across a
+/// pixel's gap.
 SmallPage Widened(const SmallPage& page) {
   SmallPage wide = page;
   for (int y = 0; y < page.height; ++y) {
@@ -354,7 +355,7 @@ int BoxCandidate::sides() const {
 std::vector<BoxCandidate> FindBoxCandidates(const SmallPage& as_is, int threshold, bool widened) {
   const SmallPage wide = widened ? Widened(as_is) : SmallPage{};
   const SmallPage& page = widened ? wide : as_is;
-  /// Shorter than this part of the page's longer side nothing is a box.
+  /// Minimum side of a box, as a share of the page's longer side.
   constexpr double kShortest = 0.12;
   constexpr double kThinnest = 10;  // small pixels
   const double shortest = kShortest * std::max(page.width, page.height);

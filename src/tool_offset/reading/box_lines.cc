@@ -12,14 +12,15 @@
 namespace trammel::tool_offset {
 namespace {
 
-/// Ink across the lines of a side: sample i lies `from_mm + i * step_mm` inside the outermost line.
+/// Profile of ink across the lines of a side: sample i is `from_mm + i * step_mm` inside the
+/// outermost line.
 struct Profile {
   std::vector<float> ink;
   double from_mm = 0;
   double step_mm = 1;
 
   [[nodiscard]] double Index(double inside_mm) const { return (inside_mm - from_mm) / step_mm; }
-  /// Mean ink in [centre - half, centre + half].
+  /// Computes the mean ink in [centre - half, centre + half].
   [[nodiscard]] double Mean(double centre_mm, double half_mm) const {
     const int first = std::max(0, static_cast<int>(std::ceil(Index(centre_mm - half_mm))));
     const int last = std::min(static_cast<int>(ink.size()) - 1,
@@ -63,20 +64,20 @@ std::optional<Profile> AcrossSide(const PageView& page, const ChannelMix& mix,
   return profile;
 }
 
-/// The lines across one place of a side.
+/// Lines across one position of a side.
 struct LinesAcross {
-  double inside_mm = 0;  ///< how far inside its expected place the outermost one lies
-  bool whole = true;     ///< whether all of them are there
+  double inside_mm = 0;  ///< inward shift of the outermost one from its expected place
+  bool whole = true;     ///< true if all lines are present
 };
 
-/// How much more ink there is on a line than a line's width beside it.
+/// Returns the surplus ink on a line over that a line's width beside it.
 double LineInk(const Profile& profile, double at_mm, double width_mm) {
   return profile.Mean(at_mm, width_mm / 2) - (profile.Mean(at_mm - width_mm, width_mm / 4) +
                                               profile.Mean(at_mm + width_mm, width_mm / 4)) /
                                                  2;
 }
 
-/// Nothing where no lines are.
+/// Finds the lines; nothing if there are none.
 std::optional<LinesAcross> FindLines(const Profile& profile, const SheetPlan& plan,
                                      double reach_mm) {
   constexpr double kFaintest = 0.3;  // of the box's ink on the small page
@@ -142,7 +143,7 @@ std::vector<SidePoint> FindSides(const PageView& page, const ChannelMix& mix, co
   return points;
 }
 
-/// Least squares with Huber's weights: what is far off counts with its sign only.
+/// Fits by least squares with Huber's weights: of an outlier only the sign counts.
 Eigen::VectorXd RobustFit(const Eigen::MatrixXd& design, const Eigen::VectorXd& y) {
   constexpr double kHuber = 1.5;
   Eigen::VectorXd weight = Eigen::VectorXd::Ones(y.size());
@@ -160,7 +161,7 @@ Eigen::VectorXd RobustFit(const Eigen::MatrixXd& design, const Eigen::VectorXd& 
   return solution;
 }
 
-/// A straight line on the page through a side's points, robustly.
+/// Straight line on the page through a side's points, fitted robustly.
 struct PageLine {
   PagePoint at;
   PagePoint along;
@@ -191,7 +192,7 @@ PagePoint Crossing(const PageLine& a, const PageLine& b) {
   return a.at + (cross(b.at - a.at, b.along) / cross(a.along, b.along)) * a.along;
 }
 
-/// The projection whose box has its sides on straight lines through the points.
+/// Fits the projection whose box has its sides on straight lines through the points.
 bool FitProjection(const std::vector<SidePoint>& points, PageMap& map) {
   std::array<PageLine, kSides> line;
   for (std::size_t i = 0; i < kSides; ++i) line[i] = FitSide(points, static_cast<Side>(i), map);
@@ -203,7 +204,7 @@ bool FitProjection(const std::vector<SidePoint>& points, PageMap& map) {
   return fitted.has_value();
 }
 
-/// Whether a fit is still of the box that was seen; also false where it is not a number.
+/// True if a fit still matches the box found; false for NaN.
 bool IsLike(const PageMap& map, const PageMap& start) {
   constexpr double kMost = 0.05;
   return Length(map.u_px_mm - start.u_px_mm) < kMost * Length(start.u_px_mm) &&
@@ -211,7 +212,7 @@ bool IsLike(const PageMap& map, const PageMap& start) {
          Length(map.middle - start.middle) < kMost * start.half_width_mm * Length(start.u_px_mm);
 }
 
-/// How far beyond its planned place a point lies, in the outer coordinate of its side.
+/// Returns a point's distance beyond its planned position, in the outer coordinate of its side.
 double Beyond_mm(const PageMap& map, const SidePoint& point) {
   const LocalMap local = map.Near(map.OnSide(point.side, point.along_mm));
   const SheetPoint beyond = local.ToSheet(point.place - local.at);
@@ -278,7 +279,7 @@ std::optional<double> MergedLineWidth_mm(const PageView& page, const ChannelMix&
   constexpr double kReach_mm = 1.5;
   constexpr double kStep_mm = 5;
   constexpr float kInk = 0.5F;
-  constexpr double kMost = 0.6;  // of the places
+  constexpr double kMost = 0.6;  // share of the places
   const double apart_mm = plan.box_insets_mm.back();
   std::vector<double> width_mm;
   int places = 0;

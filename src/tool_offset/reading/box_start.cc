@@ -130,7 +130,7 @@ void AddAutocorrelation(std::vector<float>& profile, std::vector<double>& sums) 
   }
 }
 
-/// The top of a parabola through a highest sample and its neighbours.
+/// Returns the vertex of a parabola through a highest sample and its neighbours.
 double Top(const std::vector<double>& values, std::size_t at) {
   const double bend = values[at - 1] - 2 * values[at] + values[at + 1];
   return static_cast<double>(at) +
@@ -143,7 +143,7 @@ std::optional<double> LineSpacing_px(const PageView& page, const ChannelMix& mix
                                      const std::array<PagePoint, 4>& corners, double slack_px,
                                      double lowest_px, double highest_px) {
   constexpr int kPlaces = 60;     // along each side
-  constexpr double kClear = 0.2;  // of the correlation without a shift; three lines make two thirds
+  constexpr double kClear = 0.2;  // of the correlation at zero shift; three lines give two thirds
   const auto lags = static_cast<std::size_t>(std::max(4.0, std::ceil(2.2 * highest_px)));
   const int columns = static_cast<int>(2 * slack_px + 3 * highest_px) + 1;
   std::vector<double> sums(lags, 0);
@@ -161,7 +161,7 @@ std::optional<double> LineSpacing_px(const PageView& page, const ChannelMix& mix
       if (SampleStrip(page, mix, strip, profile)) AddAutocorrelation(profile, sums);
     }
   }
-  // Down from the top at zero, then up to the first one.
+  // Down from the maximum at zero, then up to the first peak.
   std::size_t lag = 1;
   while (lag + 1 < lags && sums[lag + 1] < sums[lag]) ++lag;
   const std::size_t valley = lag;
@@ -211,7 +211,7 @@ double ReferenceMatch(const PageView& page, const SheetPlan& plan, const Channel
         const double across_mm = Across(structure.axis, structure.middle) + low_mm +
                                  (high_mm - low_mm) * i / (kPlaces - 1);
         const SheetPoint at = PointAt(structure.axis, along_mm, across_mm);
-        // A place beside the page is no ink.
+        // A point outside the page is no ink.
         if (SampleStrip(page, mix, {map.ToPage(at), {}, {}, 1, 1}, sample)) {
           sum.sum += static_cast<double>(sample[0]);
         }

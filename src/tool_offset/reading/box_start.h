@@ -1,4 +1,4 @@
-// Lays the sheet on a rectangle: scale, side and turn.
+// Fits the sheet to a rectangle: scale, side and rotation.
 #pragma once
 
 #include <array>
@@ -12,47 +12,47 @@
 
 namespace trammel::tool_offset {
 
-/// How far apart a scanner's two axes may be in scale.
+/// Largest difference in scale of a scanner's two axes.
 inline constexpr double kAnisotropy = 0.04;
-/// The same of a picture seen from aslant, by 40 degrees, or squeezed, as a fax is.
+/// Anisotropy limit of an oblique view, by 40 degrees, or of a squeezed picture, as a fax.
 inline constexpr double kSlantedAnisotropy = 0.28;
-/// A part of each side where the box's lines must be found.
+/// Minimum share of each side on which the box's lines must be found.
 inline constexpr double kSideFound = 0.6;
 
-/// Strength that only ink and edges have: the 99.7 % point, or what stands out of noise.
+/// Computes the strength that only ink and edges have: the 99.7 % point, or the level above noise.
 [[nodiscard]] int InkStrength(const SmallPage& small);
 
-/// Weights that give the ink along the candidate's sides the value 1 above the paper.
+/// Computes weights by which the ink along the candidate's sides is 1 above the paper.
 [[nodiscard]] ChannelMix MixOfSides(const SmallPage& small, const BoxCandidate& candidate,
                                     int threshold);
 
-/// The map that lays the sheet's u axis along side `side` of the candidate.
+/// Computes the map whose u axis runs along side `side` of the candidate.
 [[nodiscard]] std::optional<PageMap> StartMap(const SmallPage& small, const BoxCandidate& candidate,
                                               std::size_t side, const SheetPlan& plan);
 
-/// The same lines with the axes the other way round.
+/// Returns the map of the same lines with reversed axes.
 [[nodiscard]] PageMap Turned(const PageMap& map, bool flip_u, bool flip_v);
 
-/// The places on the sides of such a turned map.
+/// Converts points on the sides to such a reversed map.
 [[nodiscard]] std::vector<SidePoint> Turned(std::vector<SidePoint> places, bool flip_u,
                                             bool flip_v);
 
-/// Looks across the sides of a box for the distance after which its lines repeat.
+/// Measures across the sides of a box the distance at which its lines repeat.
 /// @param mix         ink is higher than paper.
 /// @param corners     of the box, in order, page pixels; right to `slack_px`.
-/// @param lowest_px, highest_px  the range of distances to look in.
-/// @returns nothing where no lines repeat.
+/// @param lowest_px, highest_px  the range of distances to search.
+/// @returns nothing if no lines repeat.
 /// Accuracy: about 1 % (sheet_finder_test reads codes with it, which need 1 %).
 [[nodiscard]] std::optional<double> LineSpacing_px(const PageView& page, const ChannelMix& mix,
                                                    const std::array<PagePoint, 4>& corners,
                                                    double slack_px, double lowest_px,
                                                    double highest_px);
 
-/// The box as a scan shows it: one bar of three lines that have run together.
+/// Returns the plan with the box as one bar of three merged lines, as a scan shows it.
 [[nodiscard]] SheetPlan BarOf(const SheetPlan& plan);
 
-/// Compares the ink where the reference tool's combs stand alone with the paper between them, each
-/// beyond the reach of the tested combs. About 1 the right way round, 0 elsewhere.
+/// Compares the ink on the reference tool's isolated combs with the paper between them, each beyond
+/// the reach of the tested combs. About 1 in the right orientation, 0 otherwise.
 /// @param mix  ink is about 1 above its paper.
 [[nodiscard]] double ReferenceMatch(const PageView& page, const SheetPlan& plan,
                                     const ChannelMix& mix, const PageMap& map);

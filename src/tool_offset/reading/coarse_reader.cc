@@ -18,17 +18,17 @@
 namespace trammel::tool_offset {
 namespace {
 
-/// A comb's fingers by themselves: the median of where they lie against the plan.
+/// Position of a comb by its own fingers: the median of their displacements from the plan.
 struct CombPlace {
   double shift_mm = 0;    ///< along the structure's axis, with `about`
   double spread_mm = 0;   ///< robust standard deviation of the fingers
-  bool searched = false;  ///< its fingers could not be read: only as the search found it
+  bool searched = false;  ///< true if its fingers were unreadable: result of the search only
 };
 
-/// Where every tool that draws on the sheet prints, found or only supposed.
+/// Shifts of every tool that draws on the sheet, found or assumed.
 using Shifts = std::map<int, SheetPoint>;
 
-/// The lines of all other combs along those of one comb, as they were printed.
+/// Returns the lines of all other combs along those of one comb, as they were printed.
 std::vector<ForeignLeg> LinesBeside(const SheetPlan& plan, const Shifts& shifts,
                                     const ToolComb& own) {
   std::vector<ForeignLeg> lines;
@@ -48,8 +48,7 @@ std::vector<ForeignLeg> LinesBeside(const SheetPlan& plan, const Shifts& shifts,
   return lines;
 }
 
-/// Along a finger's legs: the longest piece beside which no other line may be taken for one of its
-/// own.
+/// Longest piece along a finger's legs without other lines that may be taken for one of its own.
 struct FreeRows {
   Interval rows;
   int crowded_by = -1;  ///< whose lines take of it, the reference tool's last; -1: nobody's
@@ -57,7 +56,7 @@ struct FreeRows {
 
 FreeRows FindFreeRows(const SheetSettings& settings, const FingerSite& site,
                       std::span<const ForeignLeg> lines) {
-  constexpr double kPaper_mm = 0.25;  // that has to stay between two lines
+  constexpr double kPaper_mm = 0.25;  // minimum between two lines
   const double near_mm = settings.leg_spacing_mm / 2 + settings.line_width_mm + kPaper_mm;
   const Axis axis = site.axis;
   const double along_mm = Across(axis, site.middle);  // the leg
@@ -79,7 +78,7 @@ FreeRows FindFreeRows(const SheetSettings& settings, const FingerSite& site,
   return free;
 }
 
-/// What came of a comb's fingers, one by one.
+/// Result of locating a comb's fingers one by one.
 struct CombRead {
   std::optional<CombPlace> place;  ///< nothing where too few were found
   int crowded_by = -1;             ///< whose lines leave too few that can be read; -1: enough can
@@ -132,7 +131,7 @@ ChannelMix MixOf(const InkColour& ink) {
   return mix;
 }
 
-/// Legs of the tool's combs where they were found.
+/// Returns legs of the tool's combs at their measured positions.
 std::vector<Leg> LegsAt(const SheetPlan& plan, int tool, SheetPoint shift) {
   std::vector<Leg> legs;
   for (const ToolComb& comb : CombsOf(plan, tool)) {
@@ -146,7 +145,7 @@ std::vector<Leg> LegsAt(const SheetPlan& plan, int tool, SheetPoint shift) {
   return legs;
 }
 
-/// What the structures of one axis say.
+/// Positions by the structures of one axis.
 struct AxisPlaces {
   std::vector<double> absolute_mm;
   std::vector<double> relative_mm;
@@ -156,17 +155,18 @@ struct AxisPlaces {
   void Add(const CombPlace& own, const CombPlace& beside) {
     const bool only_searched = own.searched || beside.searched;
     if (only_searched && !searched && !absolute_mm.empty()) return;
-    if (!only_searched && searched) *this = {};  // what was read counts alone
+    if (!only_searched && searched) *this = {};  // readings replace search results
     searched = only_searched;
     absolute_mm.push_back(own.shift_mm);
     relative_mm.push_back(own.shift_mm - beside.shift_mm);
     worst_spread_mm = std::max({worst_spread_mm, own.spread_mm, beside.spread_mm});
   }
   [[nodiscard]] double uncertainty_mm() const {
-    /// Half a line, where ink of the reference tool hides the tool's.
+    /// Half a line, if ink of the reference tool hides the tool's.
     constexpr double kSearched_mm = 0.15;
     if (searched) return kSearched_mm;
-    /// A pixel at 300 dpi, in which fingers are located, and how unlike the play of two tools is.
+    /// A pixel at 300 dpi, the resolution of fingers' positions, and the difference between two
+    /// tools' backlash.
     constexpr double kLeast_mm = 0.025;
     const double apart_mm =
         relative_mm.size() < 2 ? 0 : std::abs(relative_mm[0] - relative_mm[1]) / 2;
@@ -191,7 +191,7 @@ void ReadCombs(const PageView& page, const PageMap& map, const SheetPlan& plan,
       if (by >= 0 && by != tool && by != plan.settings.reference_tool) by_another = by;
     }
     if (by_another >= 0) reading.beside = by_another;
-    // What the reference tool's lines leave to see was searched: where they lie is known.
+    // Hidden by the reference tool's lines: uses the shift of the search over the visible rest.
     if (crowded && by_another < 0) {
       own.place = {Along(axis, reading.shift), 0, true};
       beside.place = {0, 0, true};
@@ -205,8 +205,8 @@ void ReadCombs(const PageView& page, const PageMap& map, const SheetPlan& plan,
   reading.shift = {Mean(axes[0].absolute_mm), Mean(axes[1].absolute_mm)};
   reading.from_reference = {Mean(axes[0].relative_mm), Mean(axes[1].relative_mm)};
   reading.standard_uncertainty_mm = std::max(axes[0].uncertainty_mm(), axes[1].uncertainty_mm());
-  // A place one leg further on fits the fingers of a single structure as well: the interval holds
-  // both.
+  // A position one leg farther fits the fingers of a single structure as well: the interval
+  // contains both.
   const auto few = [](const AxisPlaces& axis) {
     return axis.searched || axis.absolute_mm.size() < 2;
   };

@@ -1,4 +1,5 @@
-// Roughly where a tool prints, however far off: searched by all its legs, read from its combs.
+// Finds the approximate position of a tool, however far off: searched by all its legs, read from
+// its combs.
 #pragma once
 
 #include <string>
@@ -13,20 +14,21 @@ namespace trammel::tool_offset {
 struct CoarseReading {
   bool found = false;
   bool placed = false;  ///< `shift` says where its lines lie, if only to 0.2 mm where not found
-  /// Where the tool's lines lie minus where they were planned, on the sheet and by its map.
+  /// Position of the tool's lines less the planned one, on the sheet and by its map.
   SheetPoint shift;
-  /// The same minus the reference tool's, each in the structures that both share: free of the
-  /// map's errors.
+  /// Shift minus the reference tool's, each in the structures that both share: free of the map's
+  /// errors.
   SheetPoint from_reference;
   double standard_uncertainty_mm = 0;  ///< of each axis of from_reference
-  /// Robust standard deviation of where the fingers of a comb lie, of the worst comb beside it too.
+  /// Robust standard deviation of the positions of a comb's fingers, of the worst comb beside it
+  /// too.
   double spread_mm = 0;
-  double legs_share = 0;   ///< of the tool's legs that can be judged, those that are there
+  double legs_share = 0;   ///< share of the tool's judgeable legs that are present
   bool ambiguous = false;  ///< two places are nearly as good
-  int beside = -1;         ///< where not found: the tool whose lines hide its own; -1: none
-  int legs = 0;            ///< that could be judged
-  double strength = 0;     ///< of its ink against the paper far around, levels; as `ink`
-  InkColour ink;           ///< where it was found; otherwise all zero
+  int beside = -1;         ///< if not found: the tool whose lines hide its own; -1: none
+  int legs = 0;            ///< judgeable legs
+  double strength = 0;     ///< of its ink against distant paper, levels; like `ink`
+  InkColour ink;           ///< if found; otherwise all zero
 };
 
 /// Finds each tool within kSearch_mm (tool_search.h) of its planned place, then reads its combs and

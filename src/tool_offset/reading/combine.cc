@@ -10,13 +10,13 @@
 namespace trammel::tool_offset {
 namespace {
 
-/// Half of the 95 % interval in standard uncertainties: Student's factor, whatever gave it.
+/// Returns half of the 95 % interval in standard uncertainties: Student's factor, from any source.
 double Factor(const Quantity& quantity) {
   if (!(quantity.standard_uncertainty > 0)) return StudentT95(1e7);
   return (quantity.interval95.hi - quantity.interval95.lo) / 2 / quantity.standard_uncertainty;
 }
 
-/// One sheet's value, and what its scans differ by.
+/// Value of one sheet, and the scatter of its scans.
 struct SheetValue {
   Quantity quantity;
   double scan_squares = 0;
@@ -44,7 +44,7 @@ std::optional<SheetValue> OfOneSheet(const std::vector<Measured>& scans) {
   return sheet;
 }
 
-/// The mean of the sheets, weighted by their uncertainties.
+/// Computes the mean of the sheets, weighted by their uncertainties.
 Quantity OfAllSheets(const std::vector<SheetValue>& sheets) {
   constexpr double kContradiction = 0.01;
   constexpr double kLeast_mm = 1e-6;  // a drawn page without noise
@@ -115,7 +115,7 @@ Combined CombineOne(Sheets sheets, const Pick& pick) {
   return combined;
 }
 
-/// Fine values where there are any, otherwise coarse ones.
+/// Combines fine values if there are any, otherwise coarse ones.
 CombinedTool CombineTool(Sheets sheets, std::size_t index) {
   CombinedTool combined;
   combined.tool = sheets[0][0].tools[index].tool;

@@ -13,10 +13,10 @@ namespace trammel::tool_offset {
 namespace {
 
 /// Cells per side of a tile: 3.2 mm, in which the map is linear to a micron, and the paper's light
-/// is the same.
+/// is uniform.
 constexpr int kTile = 32;
-/// Tiles to each side whose cells say what the paper is: wider than a structure, whose ink covers
-/// less than half.
+/// Tiles to each side whose cells determine the paper's level: wider than a structure, whose ink
+/// covers less than half.
 constexpr int kAround = 2;
 
 /// Levels of all channels, in tiles.
@@ -42,7 +42,7 @@ void SampleTile(const PageView& page, const PageMap& map, int tile_column, int t
     for (int column = first_column; column < last_column; ++column) {
       const PagePoint at = local.ToPage({(column - first_column - kTile / 2) * kInkCell_mm,
                                          (row - first_row - kTile / 2) * kInkCell_mm});
-      // Also false for what is not a number.
+      // Also false for NaN.
       if (!(at.x_px >= 0 && at.y_px >= 0 && at.x_px < page.width - 1 &&
             at.y_px < page.height - 1)) {
         continue;
@@ -69,10 +69,11 @@ void SampleTile(const PageView& page, const PageMap& map, int tile_column, int t
   }
 }
 
-/// The commonest level of the tiles around one: paper. Smoothed over a few levels of noise.
+/// Returns the most frequent level of the tiles around one: paper. Smoothed over a few levels of
+/// noise.
 int PaperLevel(const Levels& levels, int tile_column, int tile_row, std::size_t channel) {
   constexpr int kSmooth = 3;
-  std::array<std::uint32_t, 256 + 2 * kSmooth + 1> sum{};  // of all levels below
+  std::array<std::uint32_t, 256 + 2 * kSmooth + 1> sum{};  // counts of all lower levels
   for (int row = std::max(0, tile_row - kAround);
        row <= std::min(levels.tile_rows - 1, tile_row + kAround); ++row) {
     for (int column = std::max(0, tile_column - kAround);
@@ -119,7 +120,7 @@ void CompareTile(const Levels& levels, int tile_column, int tile_row, InkRaster&
   }
 }
 
-/// Of paper: most cells differ from it by noise alone.
+/// Estimates the paper's noise: most cells differ from paper by noise alone.
 double Noise(const InkRaster& raster) {
   constexpr double kNormalMedian = 0.6745;
   std::array<std::int64_t, 256> histogram{};
@@ -129,7 +130,7 @@ double Noise(const InkRaster& raster) {
     ++histogram[raster.strength[i]];
     ++count;
   }
-  // Ink covers about a third of the sheet at most: the median of the rest.
+  // Ink covers at most about a third of the sheet: the median of the rest.
   std::int64_t below = 0;
   int level = 0;
   for (; level < 255; ++level) {
@@ -250,14 +251,14 @@ InkColour SampleInk(const PageView& page, const PageMap& map, const SheetSetting
                     std::span<const Leg> legs) {
   constexpr double kStep_mm = 0.1;
   constexpr double kEnd_mm = 0.5;
-  constexpr double kLeastNoise = 0.5;  // of a level: rounding
+  constexpr double kLeastNoise = 0.5;  // in levels: rounding
   InkColour colour;
   colour.channels = page.channels == 1 ? 1 : kInkChannels;
   std::vector<float> samples;
   for (std::size_t c = 0; c < colour.channels; ++c) {
     std::vector<double> ink;
     std::vector<double> paper;
-    std::vector<double> steps;  // of paper, from place to place
+    std::vector<double> steps;  // paper differences from place to place
     for (const Leg& leg : legs) {
       const double du = leg.end.u_mm - leg.start.u_mm;
       const double dv = leg.end.v_mm - leg.start.v_mm;
@@ -302,7 +303,7 @@ bool IsReadable(const InkColour& ink) {
 }
 
 std::string WhyUnreadable(const InkColour& ink, double around) {
-  // Twice what can be read: ink that is there has lost its paper.
+  // Twice the readable contrast: no paper is left between the ink.
   if (around >= 2 * kFaintest) {
     return "ink lies between its lines, which have run together: lower its flow or raise its "
            "nozzle";
@@ -359,9 +360,9 @@ int ForeignTool(std::span<const ForeignLeg> legs, SheetPoint low, SheetPoint hig
 
 std::vector<double> StrayInk(const InkRaster& raster, const SheetPlan& plan,
                              const std::map<int, SheetPoint>& shift, double ink_strength) {
-  /// Beside a line: blur, shadow, and paper that lies elsewhere than the map says.
+  /// Margin beside a line: blur, shadow, and paper displaced from the map.
   constexpr double kBeside_mm = 0.35;
-  constexpr double kInk = 0.35;  // of the reference tool's
+  constexpr double kInk = 0.35;  // of the reference tool's ink
   std::vector<std::uint8_t> known(raster.strength.size(), 0);
   const double half_mm = plan.settings.line_width_mm / 2 + kBeside_mm;
   for (const auto& [tool, by] : shift) {

@@ -10,19 +10,19 @@
 namespace trammel::tool_offset {
 namespace {
 
-/// Paper beside a finger: far enough for blur and shadow, near enough for the same light.
+/// Range of paper beside a finger: far enough for blur and shadow, near enough for the same light.
 constexpr double kPaperFrom_mm = 0.15;
 constexpr double kPaperTo_mm = 0.45;
-/// A finger is no further from where it was located.
+/// Maximum distance of a finger from its located position.
 constexpr double kMostOff_mm = 0.1;
-/// Rows finer than this tell nothing more about a line.
+/// Minimum row height: finer rows have no more information on a line.
 constexpr double kFinestRow_mm = 0.02;
 
 double HalfFinger_mm(const SheetSettings& settings) {
   return (settings.leg_spacing_mm + settings.line_width_mm) / 2;
 }
 
-/// A strip across both legs, and what its rows and columns are in mm.
+/// Strip across both legs, with the size of its rows and columns in mm.
 struct FingerStrip {
   Strip strip;
   double column_mm = 1;
@@ -52,7 +52,7 @@ FingerStrip LayStrip(const PageMap& map, const FingerSite& site, double half_mm,
   return finger;
 }
 
-/// Median of the samples between two places across, in some rows.
+/// Computes the median of the samples between two positions across, in some rows.
 double PaperLevel(const FingerStrip& finger, const std::vector<float>& samples, double from_mm,
                   double to_mm, int first_row, int last_row, std::vector<float>& scratch) {
   const int first = std::max(0, static_cast<int>(std::lround(finger.Column(from_mm))));
@@ -69,7 +69,7 @@ double PaperLevel(const FingerStrip& finger, const std::vector<float>& samples, 
   return static_cast<double>(*middle);
 }
 
-/// Takes the paper's level, with its slope across, off all samples.
+/// Subtracts the paper's level, with its slope across, from all samples.
 void SubtractPaper(const FingerStrip& finger, const SheetSettings& settings, const FingerSite& site,
                    ReaderWorkspace& workspace) {
   const auto row_of = [&](double along_mm) {
@@ -96,7 +96,7 @@ void SubtractPaper(const FingerStrip& finger, const SheetSettings& settings, con
   }
 }
 
-/// Tukey's weights about a straight line: zero for rows that lie far off.
+/// Fits a straight line with Tukey's weights: zero for rows far off.
 LegReading FitRows(const ReaderWorkspace& workspace, double column_mm,
                    std::vector<double>& scratch) {
   constexpr double kTukey = 4.685;
@@ -144,7 +144,7 @@ LegReading FitRows(const ReaderWorkspace& workspace, double column_mm,
 /// @param middle_mm  of the finger
 LegReading ReadLeg(const FingerStrip& finger, const SheetSettings& settings, const FingerSite& site,
                    bool upper, double middle_mm, ReaderWorkspace& workspace) {
-  constexpr double kThinner = 0.6;  // of the leg's median ink: a row that is broken
+  constexpr double kThinner = 0.6;  // of the leg's median ink: below, the row is broken
   constexpr double kThicker = 1.4;  // or blotted
   const auto columns = static_cast<std::size_t>(finger.strip.columns);
   const double half_mm = settings.leg_spacing_mm / 2;
@@ -189,7 +189,7 @@ LegReading ReadLeg(const FingerStrip& finger, const SheetSettings& settings, con
 std::optional<double> LocateFinger(const PageView& page, const ChannelMix& mix, const PageMap& map,
                                    const SheetSettings& settings, const FingerSite& site,
                                    double reach_mm, ReaderWorkspace& workspace) {
-  constexpr double kFaintest = 0.3;  // of the tool's ink
+  constexpr double kFaintest = 0.3;  // relative to the tool's ink
   constexpr double kFlank_mm = 0.2;
   const double half_leg_mm = settings.line_width_mm / 2;
   const double half_finger_mm = HalfFinger_mm(settings);
@@ -215,7 +215,7 @@ std::optional<double> LocateFinger(const PageView& page, const ChannelMix& mix, 
     return static_cast<double>(workspace.profile[last] - workspace.profile[first]) /
            static_cast<double>(last - first);
   };
-  // The quarter of the gap between the legs on each side of its middle.
+  // Quarter of the gap between the legs on each side of its middle.
   const double gap_mm = std::max(0.0, settings.leg_spacing_mm - settings.line_width_mm) / 4;
   const auto score = [&](double shift_mm) {
     double sum = -mean(shift_mm - gap_mm, shift_mm + gap_mm) / 2;
@@ -252,8 +252,7 @@ std::optional<std::array<LegReading, 2>> ReadLegs(const PageView& page, const Ch
       LayStrip(map, site, HalfFinger_mm(settings) + kPaperTo_mm + 0.05, site.low_mm, site.high_mm);
   if (!SampleStrip(page, mix, finger.strip, workspace.samples)) return std::nullopt;
   SubtractPaper(finger, settings, site, workspace);
-  // Read once where the finger was expected and once where it was found: the windows lie by the
-  // legs.
+  // Read once at the expected and once at the found position: the windows follow the legs.
   std::array<LegReading, 2> legs;
   double middle_mm = 0;
   for (int pass = 0; pass < 2; ++pass) {

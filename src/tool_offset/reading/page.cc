@@ -89,7 +89,7 @@ bool SampleStrip(const PageView& page, const ChannelMix& mix, const Strip& strip
 
 namespace {
 
-/// Beyond the box a cubic means nothing any more.
+/// Computes the cubic, which is meaningless beyond the box.
 double Cubic(const std::array<double, 4>& c, double t) {
   const double x = std::clamp(t, -1.05, 1.05);
   return c[0] + x * (c[1] + x * (c[2] + x * c[3]));
@@ -149,7 +149,7 @@ std::optional<PageMap> MapOfCorners(const std::array<PagePoint, 4>& corners, dou
     const double turn = cross(corners[(i + 1) % 4] - corners[i], corners[(i + 3) % 4] - corners[i]);
     if (!(turn * way > 0)) return std::nullopt;
   }
-  // The projection of a unit square's corners (Heckbert 1989), with s and t from 0 to 1.
+  // Projection of a unit square's corners (Heckbert 1989), with s and t from 0 to 1.
   const PagePoint along = corners[1] - corners[2];
   const PagePoint aside = corners[3] - corners[2];
   const PagePoint rest = corners[0] - corners[1] + corners[2] - corners[3];
@@ -157,7 +157,7 @@ std::optional<PageMap> MapOfCorners(const std::array<PagePoint, 4>& corners, dou
   const double h = cross(along, rest) / cross(along, aside);
   const PagePoint s_px = corners[1] - corners[0] + g * corners[1];
   const PagePoint t_px = corners[3] - corners[0] + h * corners[3];
-  // The same about the middle, in mm.
+  // Relative to the middle, in mm.
   const double nearness = 1 + g / 2 + h / 2;
   PageMap map;
   map.half_width_mm = width_mm / 2;

@@ -14,9 +14,9 @@
 namespace trammel::tool_offset {
 namespace {
 
-/// Mean ink across a side of the box, against the place outside the outermost line's middle.
+/// Mean ink across a side of the box, by the distance outside the outermost line's middle.
 struct SideProfile {
-  static constexpr double kHalf_mm = 0.6;  // of paper beside the lines
+  static constexpr double kHalf_mm = 0.6;  // paper beside the lines
   static constexpr double kStep_mm = 0.025;
   std::vector<double> ink;
   double px_per_mm = 0;
@@ -50,13 +50,13 @@ SideProfile ProfileOf(const PageView& page, const SheetPlan& plan, const SheetOn
   return profile;
 }
 
-/// A line of this width, blurred; 1 inside a wide one.
+/// Computes a line of this width, blurred; 1 inside a wide one.
 double BlurredLine(double at_mm, double width_mm, double sigma_mm) {
   const double k = 1 / (sigma_mm * std::numbers::sqrt2);
   return (std::erf(k * (at_mm + width_mm / 2)) - std::erf(k * (at_mm - width_mm / 2))) / 2;
 }
 
-/// What the best level, slope and darkness leave of the profile.
+/// Returns the profile's residual after the best level, slope and darkness.
 double Misfit(const SideProfile& profile, const SheetPlan& plan, double width_mm, double sigma_mm) {
   const auto rows = static_cast<Eigen::Index>(profile.ink.size());
   Eigen::MatrixXd design(rows, 3);
@@ -95,7 +95,7 @@ double BlurOfSide_px(const SideProfile& profile, const SheetPlan& plan) {
 /// The reference tool's ink and paper around one of its fingers.
 struct FingerLight {
   double paper = 0;  ///< levels of all channels, mean
-  double depth = 0;  ///< how much darker ink is, in parts of the paper
+  double depth = 0;  ///< darkness of ink, as a share of the paper
   bool saturated = false;
 };
 
@@ -165,7 +165,7 @@ std::optional<std::string> PhotoFault(const PhotoOnPage& photo) {
 }
 
 std::vector<bool> GlareOver(const PageView& page, const SheetPlan& plan, const PageMap& map) {
-  constexpr double kDrowned = 0.6;  // of the depth elsewhere
+  constexpr double kDrowned = 0.6;  // relative to the depth elsewhere
   constexpr double kBrighter = 1.02;
   constexpr int kFewest = 2;  // fingers
   std::vector<std::vector<FingerLight>> lights(plan.structures.size());
@@ -203,7 +203,7 @@ std::vector<bool> GlareOver(const PageView& page, const SheetPlan& plan, const P
 
 namespace {
 
-/// Flatbeds and feeders of offices; by the way of a network, too.
+/// Resolutions of flatbeds and feeders of offices; network scanners, too.
 constexpr std::array<double, 14> kScannersDpi{100, 150, 200, 240, 250, 300,  360,
                                               400, 480, 500, 600, 800, 1200, 2400};
 constexpr double kScannersScale = 0.01;  // printer's and scanner's together
@@ -216,11 +216,11 @@ bool IsScanners(const Resolution& shown) {
   });
 }
 
-/// By which the sides bow outwards, mean of all four; a camera's lens bows them alike.
+/// Returns the outward bow of the sides, mean of all four; a camera's lens bows them alike.
 double Barrel_mm(const PageMap& map) {
   constexpr std::size_t kSquare = 2;
   const auto& bend = map.bend_mm;
-  // Between a side's ends it lies as far from its middle as its square's factor is large.
+  // The square's factor is the distance of a side's middle from the line between its ends.
   return (bend[kLeft][kSquare] - bend[kRight][kSquare] + bend[kBottom][kSquare] -
           bend[kTop][kSquare]) /
          4;
@@ -234,7 +234,7 @@ Resolution ShownResolution(const PageMap& map) {
 }
 
 KindSigns SignsOf(const PageView& page, const PageMap& map, const StatedOfPage& stated) {
-  constexpr double kFlat = 0.003;  // of a flatbed on which paper does not lie quite flat
+  constexpr double kFlat = 0.003;  // perspective on a flatbed if paper is slightly raised
   constexpr double kAxes = 0.02;
   constexpr double kAslant = 0.01;
   constexpr double kStraight_mm = 0.1;
@@ -247,7 +247,7 @@ KindSigns SignsOf(const PageView& page, const PageMap& map, const StatedOfPage& 
                  Near(signs.shown.x, *stated.dpi_x, kSameResolution) &&
                  Near(signs.shown.y, *stated.dpi_y, kSameResolution);
   signs.scanners = IsScanners(signs.shown);
-  // A camera that stands so aslant that its axes differ sees far more perspective.
+  // A camera so oblique that its axes differ shows far more perspective.
   signs.squeezed = signs.perspective < kAslant && !Near(signs.shown.x, signs.shown.y, kAxes);
   signs.flat = signs.perspective < kFlat && std::abs(signs.barrel_mm) < kStraight_mm;
   return signs;

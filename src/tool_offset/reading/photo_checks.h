@@ -1,4 +1,4 @@
-// Tells a scan from a photo, and what makes a photo unfit to be measured.
+// Distinguishes a scan from a photo, and finds faults that make a photo unfit for measurement.
 #pragma once
 
 #include <optional>
@@ -11,24 +11,24 @@
 
 namespace trammel::tool_offset {
 
-/// What a photo must have at least.
+/// Limits of a usable photo.
 inline constexpr double kLeastPhotoScale_px_mm = 9;  // a line of 0.4 mm is 4 px wide
 inline constexpr double kMostPhotoBlur_px = 2.5;
 inline constexpr double kMostPhotoBlur_mm = 0.18;  // two legs then run together
 inline constexpr double kMostPhotoTilt_deg = 35;
 
-/// How blurred the box's lines are, 1 sigma of a Gauss curve that a line's two edges are smeared
-/// by, on the side where they are blurred most; whatever their width.
+/// Measures the blur of the box's lines on their worst side, whatever their width. Unit: 1 sigma of
+/// the Gauss curve that smears a line's two edges.
 /// @param sheet  as found, its map that of a scan or of a photo.
 [[nodiscard]] double BlurOfBox_px(const PageView& page, const SheetPlan& plan,
                                   const SheetOnPage& sheet);
 
-/// Why the photo cannot be measured, and what to do; nothing where it can.
+/// Explains why the photo cannot be measured, and what to do; nothing if it can.
 [[nodiscard]] std::optional<std::string> PhotoFault(const PhotoOnPage& photo);
 
-/// Of each structure, whether a lamp's reflection drowns fingers of the reference tool in it: their
-/// ink is less dark against its paper than elsewhere, which uneven light alone does not do, and the
-/// paper is brighter.
+/// Returns, per structure, whether a lamp's reflection drowns fingers of the reference tool. Their
+/// ink is less dark against its paper than elsewhere, which uneven light alone does not cause, and
+/// the paper is brighter.
 [[nodiscard]] std::vector<bool> GlareOver(const PageView& page, const SheetPlan& plan,
                                           const PageMap& map);
 
@@ -38,18 +38,18 @@ struct Resolution {
   double y = 0;
 };
 
-/// What a file states of itself; every part may be wrong.
+/// Resolution stated in a file; every part may be wrong.
 struct StatedOfPage {
   std::optional<double> dpi_x;
   std::optional<double> dpi_y;
   bool film_focal = false;  ///< a camera's focal length
 };
 
-/// What the picture shows of where it comes from.
+/// Signs of the picture's origin.
 struct KindSigns {
-  Resolution shown;          ///< of the sheet
+  Resolution shown;          ///< sheet's resolution
   double perspective = 0;    ///< PageMap::perspective()
-  double barrel_mm = 0;      ///< by which the box's sides bow outwards, as behind a lens; mean
+  double barrel_mm = 0;      ///< mean outward bow of the box's sides, as by a lens
   bool camera_size = false;  ///< IsStoredSize()
   bool stated = false;       ///< the file states the resolution that the sheet shows
   bool scanners = false;     ///< the sheet shows a resolution that scanners have, in both axes
@@ -57,8 +57,8 @@ struct KindSigns {
   bool flat = false;         ///< neither perspective nor a lens is seen
 };
 
-/// By how much a stated resolution may differ from what the sheet shows: printers' and scanners'
-/// scales do by up to 0.5 % each.
+/// Largest relative difference of a stated resolution from the sheet's: printers' and scanners'
+/// scales differ by up to 0.5 % each.
 inline constexpr double kSameResolution = 0.02;
 
 [[nodiscard]] Resolution ShownResolution(const PageMap& map);
@@ -66,15 +66,15 @@ inline constexpr double kSameResolution = 0.02;
 [[nodiscard]] KindSigns SignsOf(const PageView& page, const PageMap& map,
                                 const StatedOfPage& stated);
 
-/// The kind that alone explains the signs. A photo read as a scan answers with intervals that do
-/// not hold, so that a scan has to show that it is one: by the resolution that its file states, or
-/// one that scanners have in a size that no camera stores, and without perspective and lens.
-/// @param for_photo  whether the sheet was laid out for a photo
-/// @returns nothing where both may be
+/// Returns the only kind that explains the signs. A photo read as a scan yields wrong intervals, so
+/// a scan has to prove itself: by the resolution that its file states, or one that scanners have in
+/// a size that no camera stores, and without perspective and lens.
+/// @param for_photo  true if the sheet was laid out for a photo
+/// @returns nothing if both are possible
 [[nodiscard]] std::optional<PageKind> KindBy(const KindSigns& signs, const StatedOfPage& stated,
                                              bool for_photo);
 
-/// Why neither kind alone explains the picture, and what to do.
+/// Explains why neither kind alone matches the picture, and what to do.
 [[nodiscard]] std::string WhyNoKind(const KindSigns& signs);
 
 }  // namespace trammel::tool_offset

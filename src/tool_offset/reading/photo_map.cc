@@ -18,7 +18,7 @@ namespace {
 
 constexpr double kFilmDiagonal_mm = 43.27;
 
-/// Axes of the sheet and its middle as a camera of this focal length sees them, in one scale.
+/// Axes of the sheet and its middle for a camera of this focal length, in one scale.
 struct Columns {
   Eigen::Vector3d u;
   Eigen::Vector3d v;
@@ -36,7 +36,7 @@ Columns ColumnsOf(const PageMap& map, PagePoint centre, double focal_px) {
           {middle.x_px / focal_px, middle.y_px / focal_px, 1}};
 }
 
-/// By how much the axes differ in length, and from a right angle, squared.
+/// Returns the squared difference of the axes' lengths, and of their angle from a right one.
 double Misfit(const PageMap& map, PagePoint centre, double focal_px) {
   const Columns columns = ColumnsOf(map, centre, focal_px);
   const double length = std::log(columns.u.norm() / columns.v.norm());
@@ -44,12 +44,12 @@ double Misfit(const PageMap& map, PagePoint centre, double focal_px) {
   return length * length + angle * angle;
 }
 
-/// Fills in the focal length, as stated or from the map.
+/// Sets the focal length, as stated or from the map.
 void FindFocalLength(const PageMap& map, const PhotoSource& source, PhotoPose& pose) {
   constexpr double kStated = 0.03;      // EXIF has whole mm, of nominal lenses
   constexpr double kUsual_mm = 36;      // 26 ("1x") … 50 ("2x")
-  constexpr double kUsualSpread = 0.4;  // of its logarithm
-  constexpr double kAxes = 0.004;       // how unlike the scales of a printer's two axes are
+  constexpr double kUsualSpread = 0.4;  // sigma of its logarithm
+  constexpr double kAxes = 0.004;       // scale difference of a printer's two axes
   constexpr double kStep = 0.01;
   if (source.film_focal_mm) {
     pose.focal_px = *source.film_focal_mm / kFilmDiagonal_mm * 2 * pose.corner_px;
@@ -57,7 +57,7 @@ void FindFocalLength(const PageMap& map, const PhotoSource& source, PhotoPose& p
     pose.focal_stated = true;
     return;
   }
-  // Weights of all focal lengths that there may be.
+  // Weights of all possible focal lengths.
   double sum = 0;
   double moment = 0;
   double square = 0;
@@ -76,10 +76,9 @@ void FindFocalLength(const PageMap& map, const PhotoSource& source, PhotoPose& p
       any ? std::max(kStated, std::sqrt(std::max(0.0, square / sum - mean * mean))) : kUsualSpread;
 }
 
-/// What is known of the lens's axis, and what cropping does to the focal length that the file
-/// states.
+/// Sets the uncertainty of the lens's axis, and of a stated focal length after cropping.
 void JudgeSize(const PageView& page, PhotoPose& pose) {
-  constexpr double kLens = 0.005;    // of the way to the corner: 20 px of 2520, evenly
+  constexpr double kLens = 0.005;    // of the centre-corner distance: 20 px of 2520, uniform
   constexpr double kCropped = 0.25;  // half a side away is 0.4
   constexpr double kCroppedFocal = 0.4;
   pose.as_stored = IsStoredSize(page.width, page.height);
@@ -111,7 +110,7 @@ PhotoPose FindPose(const PageView& page, const PageMap& map, const PhotoSource& 
   const Columns columns = ColumnsOf(map, pose.centre, pose.focal_px);
   const double scale = 1 / std::sqrt(columns.u.norm() * columns.v.norm());
   const Eigen::Vector3d u = columns.u.normalized();
-  // The nearest right angle in the plane of both.
+  // Nearest right angle in the plane of both.
   const Eigen::Vector3d normal = u.cross(columns.v).normalized();
   const Eigen::Vector3d v = normal.cross(u);
   const Eigen::Vector3d middle = scale * columns.middle;
@@ -141,17 +140,17 @@ RadialLever LeverAt(const PhotoPose& pose, const PageMap& map, Axis axis, SheetP
 
 namespace {
 
-/// Something of the plan that was seen: it tells where it lies across its own line.
+/// Observed feature of the plan: it determines the position across its own line.
 struct Sighting {
   SheetPoint planned;
-  Axis axis = Axis::kX;  ///< that it tells along
+  Axis axis = Axis::kX;  ///< measured axis
   PagePoint seen;
 };
 
 constexpr Eigen::Index kUnknowns = 13;
 using Unknowns = Eigen::Matrix<double, kUnknowns, 1>;
 
-/// Steps that move the box's corners by about 0.01 to 0.1 mm.
+/// Returns steps that move the box's corners by about 0.01 to 0.1 mm.
 Unknowns StepsOf(const PageMap& map) {
   const double px_mm = Length(map.u_px_mm);
   const double reach_mm = std::hypot(map.half_width_mm, map.half_height_mm);
@@ -165,7 +164,7 @@ Unknowns StepsOf(const PageMap& map) {
   return step;
 }
 
-/// What is known of them without the photo, 1 sigma in steps; 0: nothing.
+/// Returns the unknowns' priors without the photo, 1 sigma in steps; 0: none.
 Unknowns PriorsOf(const Unknowns& step) {
   constexpr double kRadial = 0.1;
   constexpr double kRadial4 = 0.3;
@@ -192,7 +191,7 @@ PageMap Moved(const PageMap& map, const Unknowns& by) {
   return moved;
 }
 
-/// How far from its place by the map something is seen, across its line; mm.
+/// Returns an observation's distance from its position by the map, across its line; mm.
 double Beyond_mm(const PageMap& map, const Sighting& sighting) {
   const LocalMap local = map.Near(sighting.planned);
   return Along(sighting.axis, local.ToSheet(sighting.seen - local.at));
@@ -210,14 +209,14 @@ void TakePose(const PageView& page, const PhotoSource& source, PageMap& map, Pho
   pose = FindPose(page, map, source);
   map.camera->foot = pose.foot;
   map.camera->height_mm = pose.height_mm;
-  // Radii stay counted in the same unit, or the distortion would change with it.
+  // Radii retain their unit, or the distortion would change with it.
   const double k = map.camera->focal_px / pose.focal_px;
   map.camera->radial[0] /= k * k;
   map.camera->radial[1] /= k * k * k * k;
   map.camera->focal_px = pose.focal_px;
 }
 
-/// Gauss and Newton's steps with Huber's weights.
+/// Fits by Gauss and Newton's steps with Huber's weights.
 void Fit(const PageView& page, const PhotoSource& source, const std::vector<Sighting>& sightings,
          PageMap& map, PhotoPose& pose) {
   constexpr int kPasses = 8;
@@ -264,10 +263,10 @@ void AddBox(const SheetOnPage& sheet, std::vector<Sighting>& sightings) {
   }
 }
 
-/// The part of a finger that reaches beyond the other comb.
+/// Returns the part of a finger that extends beyond the other comb.
 FingerSite OuterSite(const SheetPlan& plan, const Structure& structure, std::size_t comb,
                      int finger) {
-  constexpr double kClear_mm = 0.3;  // of the other comb's ends, wherever its tool prints
+  constexpr double kClear_mm = 0.3;  // from the other comb's ends, wherever its tool prints
   FingerSite site;
   site.axis = structure.axis;
   site.middle = OuterMiddle(plan, structure, comb, finger);

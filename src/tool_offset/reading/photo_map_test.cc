@@ -22,10 +22,10 @@ constexpr double kHalf_mm = 75;
 struct Seen {
   int width_px = 2480;
   int height_px = 3508;
-  double dpi_x = 300.5;  ///< that the sheet shows
+  double dpi_x = 300.5;  ///< measured on the sheet
   double dpi_y = 300.5;
   double aslant = 0;     ///< perspective
-  double barrel_mm = 0;  ///< of all four sides
+  double barrel_mm = 0;  ///< common to all four sides
   StatedOfPage stated = {};
 };
 
@@ -76,7 +76,7 @@ TEST(PageKind, IsToldByResolutionPerspectiveSizeAndWhatTheFileStates) {
       {"cropped, straight from above", {3011, 2777, 391, 392, 0.001}, "either"},
       {"a camera's focal length", {3011, 2777, 300.5, 300.5, 0, 0, {{}, {}, true}}, "photo"},
       {"in a scanner's file", {2480, 3508, 300.5, 300.5, 0, 0, {300, 300, true}}, "either"},
-      // What a scan app made square again, of the size of the paper.
+      // Given the output of a scan app that makes pages square again, of the size of the paper.
       {"not flat", {1654, 2339, 201, 200, 0.005, 0, {200, 200, false}}, "either"},
       {"bent", {1654, 2339, 201, 200, 0.001, 0.2, {200, 200, false}}, "either"},
       {"far from flat", {1654, 2339, 201, 200, 0.02, 0, {200, 200, false}}, "photo"},
@@ -157,7 +157,7 @@ TEST(PhotoPose, FindsFootHeightAndTiltOfAPinhole) {
 }
 
 TEST(PhotoPose, ACroppedPictureHasItsAxisAnywhereAboutTheMiddle) {
-  constexpr double kAnywhere = 0.2;  // of the way to the corner
+  constexpr double kAnywhere = 0.2;  // of the centre-corner distance
   const Pinhole pinhole;
   const PhotoPose stored = FindPose(kPicture, pinhole.Map(), {kFilm_mm, {}});
   PageView cut = kPicture;

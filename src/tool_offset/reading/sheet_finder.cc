@@ -14,7 +14,8 @@
 namespace trammel::tool_offset {
 namespace {
 
-/// The most ink along v that a line's width near the cell's middle holds, above the paper beside.
+/// Returns the maximum ink along v within a line's width near the cell's middle, above the paper
+/// beside.
 double LegInk(const PageView& page, const ChannelMix& mix, const SheetPlan& plan,
               const LocalMap& local) {
   constexpr double kRowHalf_mm = 1.2;  // of the leg's 4 mm
@@ -87,7 +88,7 @@ bool IsThisCode(const CodeReading& code, const SheetPlan& plan) {
   constexpr int kDamaged = 2;           // cells, when all the others say that it is this sheet
   constexpr int kBroken = 4;            // dark cells of 34 whose lines did not stick, none added
   constexpr int kMissing = 1;           // dark cells of 34 that may have lost their ink
-  constexpr double kPrintedOver = 0.7;  // of the light ones
+  constexpr double kPrintedOver = 0.7;  // share of the light ones
   if (code.wrong_cells <= kDamaged) return true;
   const auto light = std::count_if(plan.code.begin(), plan.code.end(),
                                    [](const CodeCell& cell) { return !cell.dark; });
@@ -106,11 +107,11 @@ bool IsBrokenCode(const CodeReading& code, const SheetPlan& plan) {
 
 namespace {
 
-/// What a rectangle of lines turned out to be, in the order of how much it shows.
+/// Identification of a rectangle of lines, in order of information.
 enum class Finding {
   kNothing,
   kPart,
-  kOtherShape,  ///< of an original sheet, as kNoWayRound
+  kOtherShape,  ///< original sheets only, like kNoWayRound
   kNoWayRound,
   kUnreadable,
   kBroken,
@@ -124,11 +125,11 @@ struct Attempt {
   Finding finding = Finding::kNothing;
   SheetOnPage sheet;
   std::uint16_t other_id = 0;
-  double line_width_mm = 0;  ///< where the box's lines have merged
-  int missing_cells = 0;     ///< where the code has lost lines
+  double line_width_mm = 0;  ///< width of merged box lines
+  int missing_cells = 0;     ///< code cells that lost their lines
 };
 
-/// Reads the code all four ways round that a found box allows.
+/// Reads the code in all four orientations that a found box allows.
 Attempt ReadBox(const PageView& page, const SheetPlan& plan, const BoxFit& box,
                 const ChannelMix& mix) {
   constexpr double kFaintestCode = 0.3;
@@ -163,7 +164,8 @@ Attempt ReadBox(const PageView& page, const SheetPlan& plan, const BoxFit& box,
   return best;
 }
 
-/// The plan as far as a sheet of unknown size has it: its box, and the code in the same corner.
+/// Returns the part of the plan known for a sheet of unknown size: its box, and the code in the
+/// same corner.
 /// @param width_mm, height_mm  of the box.
 SheetPlan PlanOfSize(const SheetPlan& plan, double width_mm, double height_mm) {
   SheetPlan other;
@@ -180,8 +182,7 @@ SheetPlan PlanOfSize(const SheetPlan& plan, double width_mm, double height_mm) {
   return other;
 }
 
-/// Reads the code in a box that is not this plan's; the distance of the box's lines gives the
-/// scale.
+/// Reads the code in a box of another plan; the distance of the box's lines determines the scale.
 Attempt TryOtherSheet(const PageView& page, const SmallPage& small, const SheetPlan& plan,
                       const BoxCandidate& candidate, const ChannelMix& mix) {
   constexpr double kShortest_mm = 40;  // sides that a sheet may have
@@ -208,7 +209,7 @@ Attempt TryOtherSheet(const PageView& page, const SmallPage& small, const SheetP
     const BoxFit box = FitBox(page, mix, other, *start);
     if (*std::min_element(box.support.begin(), box.support.end()) < kSideFound) continue;
     Attempt attempt = ReadBox(page, other, box, mix);
-    // Of this plan it has no more than the size of its cells.
+    // The other plan shares only the cells' size.
     if (attempt.finding == Finding::kBroken || attempt.finding == Finding::kSheet) continue;
     if (attempt.finding > best.finding) best = std::move(attempt);
   }
@@ -243,8 +244,8 @@ Attempt TryCandidate(const PageView& page, const SmallPage& small, const SheetPl
   return best;
 }
 
-/// Tries all ways round that the box of an original sheet allows: nothing on it tells which, and a
-/// mirrored page is read as it was drawn.
+/// Tries all orientations that the box of an original sheet allows: it has no mark of its
+/// orientation, and a mirrored page is read as it was drawn.
 Attempt TryOriginal(const PageView& page, const SmallPage& small, const SheetPlan& plan,
                     const BoxCandidate& candidate, int threshold) {
   constexpr double kLeastMatch = 0.45;
@@ -286,15 +287,15 @@ Attempt TryOriginal(const PageView& page, const SmallPage& small, const SheetPla
   return attempt;
 }
 
-/// Everything that one threshold shows.
+/// Search results for one threshold.
 struct Search {
   Attempt best;
-  int sheets = 0;  ///< that could be read, this one or another
+  int sheets = 0;  ///< readable sheets, this one or others
 };
 
 Search SearchAt(const PageView& page, const SmallPage& small, const SheetPlan& plan, int threshold,
                 bool widened) {
-  constexpr double kPart = 0.25;  // of the page's longer side, for a box that is cut off
+  constexpr double kPart = 0.25;  // of the page's longer side, for a truncated box
   constexpr int kMostTried = 20;  // a page full of frames is no sheet
   Search search;
   int tried = 0;
@@ -328,7 +329,7 @@ Search SearchAt(const PageView& page, const SmallPage& small, const SheetPlan& p
   return search;
 }
 
-/// Of a photo, what differs from a scan; empty where nothing does.
+/// Returns the advice that differs from a scan's; empty without a difference.
 std::string WhatToDoWithPhoto(const Attempt& attempt, const SheetPlan& plan) {
   switch (attempt.finding) {
     case Finding::kMirrored:
@@ -424,7 +425,7 @@ std::string WhatToDo(const Attempt& attempt, const SheetPlan& plan, PageKind kin
 }  // namespace
 
 Result<SheetOnPage> FindSheet(const PageView& page, const SheetPlan& plan, PageKind kind) {
-  constexpr std::array<double, 3> kThresholds{0.45, 0.25, 0.12};  // of ink's strength
+  constexpr std::array<double, 3> kThresholds{0.45, 0.25, 0.12};  // relative to ink strength
   constexpr int kLowest = 8;
   constexpr int kFaint = 16;
   TRY(CheckPage(page));

@@ -194,7 +194,7 @@ TEST(SheetFinder, CountsTheLinesThatTheCodeHasLost) {
   Random random(11);
   const SheetPlan plan = SmallPlan();
   SheetPlan drawn = plan;
-  constexpr int kMissing = 6;  // of 16 or more; a sheet is told by the others up to 4
+  constexpr int kMissing = 6;  // of 16 or more; up to 4 missing, the others identify a sheet
   int missing = 0;
   for (CodeCell& cell : drawn.code) {
     if (!cell.dark || missing == kMissing) continue;

@@ -63,7 +63,7 @@ class Press {
     return structure.combs[comb].direction > 0 ? 0 : 1;
   }
 
-  /// Where the pen really goes: the tool's offset and the play of the axes, in the sheet's axes.
+  /// Returns the pen's displacement: the tool's offset and the axes' backlash, in the sheet's axes.
   SheetPoint Shift(const Leg& leg, int tool, bool play) const {
     const double c = std::cos(tilt_rad_);
     const double s = std::sin(tilt_rad_);
@@ -132,7 +132,7 @@ std::array<double, 2> OnPaper_mm(const SheetPlan& plan, const SheetScene& scene,
 
 support::PaperStroke PaperOverBoxLine(const SheetPlan& plan, const SheetScene& scene, Side side,
                                       double inset_mm) {
-  constexpr double kCorner_mm = 0.3;  // of the lines that end there
+  constexpr double kCorner_mm = 0.3;  // extent of lines that end there
   const double u_mm = plan.width_mm / 2 - inset_mm;
   const double v_mm = plan.height_mm / 2 - inset_mm;
   const double sign = side == kRight || side == kTop ? 1 : -1;

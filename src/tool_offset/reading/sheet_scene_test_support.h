@@ -14,14 +14,14 @@
 namespace trammel::tool_offset {
 
 struct SheetScene {
-  support::PaperOptions paper;  ///< its size is chosen to hold the sheet
+  support::PaperOptions paper;  ///< size chosen to fit the sheet
   double margin_mm = 8;         ///< around the turned sheet
-  double angle_rad = 0;         ///< of the sheet's u axis on the page, counter-clockwise
+  double angle_rad = 0;         ///< sheet's u axis on the page, counter-clockwise
   bool mirrored = false;
-  double scale_u = 1;  ///< of the paper itself
+  double scale_u = 1;  ///< paper's own stretch
   double scale_v = 1;
 
-  std::map<int, SheetPoint> offset_mm;  ///< of each tool, bed axes: u_mm is dx, v_mm is dy
+  std::map<int, SheetPoint> offset_mm;            ///< per tool, bed axes: u_mm is dx, v_mm is dy
   std::map<int, std::array<double, 3>> tool_ink;  ///< blue, green, red
   std::set<int> silent_tools;                     ///< print nothing
   double backlash_x_mm = 0;

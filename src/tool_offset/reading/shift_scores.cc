@@ -10,7 +10,7 @@
 namespace trammel::tool_offset {
 namespace {
 
-/// Sums of a mask along rows or columns, so that a run costs two look-ups.
+/// Sums of a mask along rows or columns, so that a run needs two look-ups.
 class RunSums {
  public:
   RunSums(const InkRaster& raster, bool along_v, const auto& mask_at)
@@ -27,7 +27,7 @@ class RunSums {
       }
     }
   }
-  /// Over the `half` cells to either side of a cell along the run, and itself.
+  /// Returns the sum over the `half` cells to either side of a cell along the run, and itself.
   [[nodiscard]] int Around(std::size_t cell, std::size_t half) const {
     return sum_[cell + half * step_] - sum_[cell - (half + 1) * step_];
   }
@@ -42,7 +42,7 @@ class RunSums {
 std::vector<std::int8_t> JudgeLegs(const InkRaster& raster,
                                    const std::vector<std::uint8_t>& explained,
                                    const SheetSettings& settings, bool along_v, double threshold) {
-  constexpr double kInked = 0.7;  // of what can be judged
+  constexpr double kInked = 0.7;  // share of the judgeable cells
   const auto half =
       static_cast<std::size_t>((settings.leg_length_mm / 2 - kLegEnd_mm) / kInkCell_mm);
   const auto is_ink = [&](std::size_t i) { return raster.strength[i] >= threshold; };
@@ -70,11 +70,11 @@ std::vector<std::int8_t> JudgeLegs(const InkRaster& raster,
 
 namespace {
 
-/// Cells from one shift that is tried to the next: half a line.
+/// Step between tried shifts, in cells: half a line.
 constexpr int kShiftStep = 2;
 constexpr double kStep_mm = kShiftStep * kInkCell_mm;
 
-/// Within this a place is the same as another: two lines.
+/// Maximum distance of equal places: two lines.
 constexpr double kSame_mm = 1;
 
 struct ShiftGrid {
@@ -85,7 +85,7 @@ struct ShiftGrid {
   }
 };
 
-/// A comb's marks at each shift, in parts of kWholeLeg.
+/// Marks of a comb at each shift, in parts of kWholeLeg.
 struct CombMarks {
   std::vector<std::int16_t> sum;     ///< legs that are there less those that are not
   std::vector<std::int16_t> judged;  ///< all of them
@@ -113,8 +113,7 @@ CombMarks MarkComb(const InkRaster& raster, const std::vector<std::int8_t>& legs
   return marks;
 }
 
-/// Paper that lies a little elsewhere under one comb than under another: the best of the shifts
-/// next to each.
+/// Takes the best of the adjacent shifts at each, as the paper may be displaced between combs.
 CombMarks BestNearby(const CombMarks& marks, const ShiftGrid& grid) {
   CombMarks best = marks;
   for (int j = -grid.half; j <= grid.half; ++j) {
@@ -133,7 +132,7 @@ CombMarks BestNearby(const CombMarks& marks, const ShiftGrid& grid) {
   return best;
 }
 
-/// Scores by shift; -1 where too little can be judged.
+/// Scores by shift; -1 where too few legs can be judged.
 struct ScoreMap {
   ShiftGrid grid;
   std::vector<double> score;
@@ -143,7 +142,7 @@ struct ScoreMap {
       : grid(shifts),
         score(static_cast<std::size_t>(shifts.side() * shifts.side()), -1),
         share(score.size(), 0) {}
-  /// Shifts from -half to half along u and v.
+  /// Visits shifts from -half to half along u and v.
   void ForEach(const auto& visit) const {
     for (int j = -grid.half; j <= grid.half; ++j) {
       for (int i = -grid.half; i <= grid.half; ++i) {
@@ -152,7 +151,7 @@ struct ScoreMap {
       }
     }
   }
-  /// The best place that is not the same as any of those.
+  /// Returns the best place that differs from all of those.
   [[nodiscard]] Candidate BestBut(const std::vector<Candidate>& others) const {
     Candidate best;
     ForEach([&](const Candidate& here) {
@@ -164,7 +163,7 @@ struct ScoreMap {
     });
     return best;
   }
-  /// The middle of a plateau as wide as the line.
+  /// Returns the middle of a plateau as wide as the line.
   [[nodiscard]] SheetPoint Middle(const Candidate& best) const {
     SheetPoint sum;
     double weight = 0;
@@ -184,7 +183,7 @@ struct ScoreMap {
 /// Scores all shifts of a tool.
 ScoreMap ScoreShifts(const InkRaster& raster, const SheetPlan& plan, const LegMarks& legs,
                      int tool) {
-  /// Of all legs, so that a place can be told.
+  /// Least visible part of all legs to identify a position.
   constexpr double kLeastJudged = 0.35;
   const ShiftGrid grid{static_cast<int>(std::ceil(kSearch_mm * std::numbers::sqrt2 / kStep_mm))};
   const std::vector<ToolComb> combs = CombsOf(plan, tool);
@@ -247,7 +246,7 @@ CombCells CellsOf(const InkRaster& raster, const SheetPlan& plan, const ToolComb
 
 std::vector<Candidate> FindCandidates(const InkRaster& raster, const SheetPlan& plan,
                                       const LegMarks& legs, int tool) {
-  /// Behind the best, as other ink may make a wrong place look.
+  /// Maximum difference from the best score, as other ink may favour a wrong place.
   constexpr double kBehind = 0.5;
   constexpr std::size_t kMost = 10;
   const ScoreMap map = ScoreShifts(raster, plan, legs, tool);
@@ -258,7 +257,7 @@ std::vector<Candidate> FindCandidates(const InkRaster& raster, const SheetPlan& 
     if (next.score <= -1 || (!seen.empty() && seen[0].score - next.score >= kBehind)) break;
     seen.push_back(next);
     const Candidate place{map.Middle(next), next.score, next.share};
-    // The flank of a better place leads back to it.
+    // The flank of a better place belongs to it.
     if (std::any_of(places.begin(), places.end(), [&](const Candidate& better) {
           return ScoreMap::Apart_mm(place, better) <= kSame_mm;
         })) {

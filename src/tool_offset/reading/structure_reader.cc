@@ -16,21 +16,21 @@
 namespace trammel::tool_offset {
 namespace {
 
-/// One comb, and where it was found to lie.
+/// Comb with its located position.
 struct CombSites {
-  std::vector<FingerSite> sites;  ///< where planned, with the expected shift
-  std::vector<double> shift_mm;   ///< of each finger against its site, from the comb's line
+  std::vector<FingerSite> sites;  ///< planned, plus the expected shift
+  std::vector<double> shift_mm;   ///< per finger, from its site to the comb's line
   std::vector<bool> seen;
 };
 
-/// The part of a comb's legs to use, from the structure's middle along the legs, and the part of it
-/// where the other comb does not reach.
+/// Sets the usable part of a comb's legs, from the structure's middle along the legs, and the part
+/// of it beyond the other comb's reach.
 void SetRows(const SheetPlan& plan, bool from_low, double own_shift_mm, double other_shift_mm,
              FingerSite& site) {
   const double inner_mm = plan.settings.overlap_mm / 2;
   const double outer_mm = plan.settings.leg_length_mm - inner_mm;
   const double side = from_low ? 1 : -1;
-  // In a coordinate that rises towards the other comb.
+  // Uses a coordinate that rises towards the other comb.
   const double start_mm = -outer_mm + side * own_shift_mm + plan.leg_end_mm;
   const double end_mm = inner_mm + side * own_shift_mm - plan.leg_end_mm;
   const double other_mm = -inner_mm + side * other_shift_mm - kLegEnd_mm - plan.turn_mm;
@@ -68,7 +68,7 @@ CombSites PlanSites(const SheetPlan& plan, const Structure& structure, std::size
   return planned;
 }
 
-/// Finds the comb's fingers one by one, and the line on which their shifts lie.
+/// Finds the comb's fingers one by one, and fits a line to their shifts.
 bool LocateComb(const PageView& page, const PageMap& map, const SheetPlan& plan,
                 const ChannelMix& mix, CombSites& comb, ReaderWorkspace& workspace) {
   constexpr double kReach_mm = 0.45;
@@ -97,7 +97,7 @@ bool LocateComb(const PageView& page, const PageMap& map, const SheetPlan& plan,
   return 2 * on_line > comb.sites.size();
 }
 
-/// How far out from a leg's middle what counts for it reaches when the next finger's middle is
+/// Returns the usable distance outwards from a leg's middle if the next finger's middle is
 /// `apart_mm` from its own: half-way to the next ink.
 double Free_mm(const SheetSettings& settings, double apart_mm) {
   const double gap_mm = apart_mm - settings.leg_spacing_mm - settings.line_width_mm;
@@ -115,9 +115,9 @@ void SetNeighbours(const SheetSettings& settings, std::size_t comb, int finger, 
   site.free_high_mm = last ? half_mm : Free_mm(settings, settings.pitch_mm / 2 + ahead_mm);
 }
 
-/// Why a finger cannot count; empty if it can.
+/// Explains why a finger cannot count; empty if it can.
 std::string Fault(const SheetSettings& settings, const FingerReading& finger, double comb_ink_mm) {
-  constexpr double kThin = 0.6;  // of what the comb's legs have
+  constexpr double kThin = 0.6;  // of the comb's ink per leg
   constexpr double kThick = 1.5;
   constexpr double kApart_mm = 0.15;
   for (const LegReading& leg : finger.legs) {
@@ -133,7 +133,7 @@ std::string Fault(const SheetSettings& settings, const FingerReading& finger, do
   return {};
 }
 
-/// Reads the comb's fingers where they were located.
+/// Reads the comb's fingers at their located positions.
 std::vector<FingerReading> ReadComb(const PageView& page, const PageMap& map, const SheetPlan& plan,
                                     const Structure& structure, std::size_t comb,
                                     const CombExpectation& expected, const CombSites& located,
@@ -173,7 +173,7 @@ std::vector<FingerReading> ReadComb(const PageView& page, const PageMap& map, co
   return fingers;
 }
 
-/// Median of a comb's legs.
+/// Returns the median of a comb's legs.
 double LegWidth_mm(const std::vector<FingerReading>& fingers, std::size_t comb) {
   std::vector<double> ink_mm;
   for (const FingerReading& finger : fingers) {
@@ -183,11 +183,11 @@ double LegWidth_mm(const std::vector<FingerReading>& fingers, std::size_t comb) 
   return ink_mm.empty() ? 0 : Median(ink_mm);
 }
 
-/// Leaves out the fingers that lines of a tool far off come near to.
+/// Skips fingers near lines of a tool far off.
 void LeaveOutForeign(const SheetSettings& settings, std::span<const ForeignLeg> foreign,
                      const Structure& structure, std::vector<FingerReading>& fingers,
                      const std::array<CombExpectation, 2>& expected) {
-  /// From a leg's edge to where its paper is read.
+  /// Distance from a leg's edge to the paper to read.
   constexpr double kClear_mm = 0.5;
   for (FingerReading& finger : fingers) {
     const double at_mm = Along(structure.axis, structure.middle) + finger.planned_mm +
@@ -230,8 +230,8 @@ Result<std::vector<FingerReading>> ReadStructure(const PageView& page, const Pag
     shift_mm[comb] =
         ExpectedShift_mm(structure, comb, expected[comb]) + Median(combs[comb].shift_mm);
   }
-  // Legs that nearly touch lose the white between them, and with it their places.
-  constexpr double kWidest = 1;  // of their distance
+  // Legs that nearly touch lose the white between them, and so their positions.
+  constexpr double kWidest = 1;  // relative to their distance
   const double ahead_mm = shift_mm[1] - shift_mm[0];
   std::vector<FingerReading> fingers =
       ReadComb(page, map, plan, structure, 0, expected[0], combs[0], ahead_mm, workspace);
@@ -255,7 +255,7 @@ namespace {
 
 constexpr int kFewestTeeth = 4;
 
-/// Legendre polynomials 0 … degree at x in [-1, 1].
+/// Computes Legendre polynomials 0 … degree at x in [-1, 1].
 Eigen::RowVectorXd Legendre(double x, int degree) {
   Eigen::RowVectorXd p(degree + 1);
   p[0] = 1;
@@ -264,7 +264,8 @@ Eigen::RowVectorXd Legendre(double x, int degree) {
   return p;
 }
 
-/// Enough for the shortest wrinkle over the comb's length, few enough for the fingers.
+/// Returns a degree high enough for the shortest wrinkle over the comb's length, and low enough for
+/// the fingers.
 int Degree(const SheetSettings& settings, int fingers) {
   constexpr double kShortestWrinkle_mm = 40;
   constexpr int kBeyond = 5;  // orders until a wrinkle's share falls below a hundredth
@@ -273,15 +274,15 @@ int Degree(const SheetSettings& settings, int fingers) {
   return std::clamp(std::min(wanted, fingers / 3), 1, 40);
 }
 
-/// A fit to the fingers that count.
+/// Fit to the used fingers.
 struct Fit {
   std::vector<FingerReading*> used;
   Eigen::VectorXd residual;
   Eigen::VectorXd leverage;
-  Eigen::VectorXd influence;  ///< of each finger on the offset
+  Eigen::VectorXd influence;  ///< per finger, on the offset
   double offset_mm = 0;
   double stretch = 0;
-  double growth = 0;  ///< of the displacement per mm, where it may grow
+  double growth = 0;  ///< increase of the displacement per mm, if permitted
   Eigen::VectorXd growth_influence;
 };
 
@@ -316,13 +317,13 @@ Fit FitOnce(const SheetSettings& settings, StructureReading& structure) {
     fit.growth_influence =
         (q.col(last - 1) - r(last - 1, last) * fit.influence) / (r(last - 1, last - 1) * half_mm);
   }
-  // The slope of a straight line through what the displacement leaves over.
+  // Slope of a straight line through the residual of the displacement.
   const Eigen::VectorXd shared = y - fit.offset_mm * design.col(last);
   fit.stretch = shared.dot(q.col(1)) / r(1, 1) / half_mm;
   return fit;
 }
 
-/// The finger that is least like the others, if it is unlike them.
+/// Returns the finger farthest from the others, if it is an outlier.
 FingerReading* Outlier(const Fit& fit) {
   constexpr double kLimit = 4.5;        // standard deviations: 1 in 100 000 of a normal sample
   constexpr double kFinest_mm = 0.001;  // less is not worth a finger
@@ -345,7 +346,7 @@ std::array<int, 2> CountTeeth(const StructureReading& structure) {
   return count;
 }
 
-/// What most of the teeth that do not count have.
+/// Returns the commonest fault of the excluded teeth.
 std::string CommonFault(const StructureReading& structure) {
   std::map<std::string, int> faults;
   for (const FingerReading& finger : structure.fingers) {

@@ -13,14 +13,14 @@ namespace {
 
 using Claims = std::vector<std::vector<PlaceClaim>>;
 
-/// A place for each tool, and how often each cell is explained.
+/// One place for each tool, and the number of explanations of each cell.
 class Explanation {
  public:
   Explanation(const Claims& claims, std::size_t cells)
       : claims_(&claims), place_(claims.size(), -1), times_(cells, 0) {}
 
   [[nodiscard]] const std::vector<int>& places() const { return place_; }
-  /// Cells of ink that are explained, less those missing.
+  /// Returns the explained cells of ink minus those missing.
   [[nodiscard]] double explained() const { return explained_; }
 
   void Put(std::size_t tool, int place) {
@@ -33,7 +33,7 @@ class Explanation {
     }
   }
 
-  /// Moves one tool after the other to where it is best, but for `fixed`, until none moves.
+  /// Moves one tool after the other, except `fixed`, to its best place, until none moves.
   void Settle(std::size_t fixed, bool backwards = false) {
     constexpr int kMostRounds = 8;  // each explains more; two suffice but for ties
     bool moved = true;
@@ -50,7 +50,7 @@ class Explanation {
     }
   }
 
-  /// Of a tool where it stands: cells that no other explains less those missing, along an axis.
+  /// Counts cells at a tool's position that no other explains, less those missing, along an axis.
   [[nodiscard]] double Own(std::size_t tool, std::size_t axis) const {
     const PlaceClaim& at = claim(tool, place_[tool]);
     const auto alone = std::count_if(at.ink[axis].begin(), at.ink[axis].end(),
@@ -98,7 +98,7 @@ class Explanation {
   double explained_ = 0;
 };
 
-/// The tool that explains most of a tool's ink as well, where it stands or would first.
+/// Returns the tool that explains most of a tool's ink as well, at its place or its first one.
 int Beside(const Claims& claims, const std::vector<int>& places, std::size_t tool,
            std::vector<std::uint8_t>& mask) {
   if (claims[tool].empty()) return -1;
@@ -122,7 +122,7 @@ int Beside(const Claims& claims, const std::vector<int>& places, std::size_t too
   return beside;
 }
 
-/// Numbers the cells that are in any claim from 0 on, and returns how many there are.
+/// Numbers the cells of all claims from 0 on, and returns their count.
 std::size_t NumberCells(Claims& claims) {
   std::vector<std::uint32_t> cells;
   const auto for_each_list = [&](const auto& visit) {
@@ -152,7 +152,7 @@ std::vector<PlaceChoice> ChoosePlaces(Claims claims) {
   Explanation best(claims, cells);
   best.Settle(claims.size());
   std::vector<double> lead(claims.size(), kNobody);
-  // Every tool moved to each of its other places: a better whole begins anew.
+  // Tries every tool at each of its other places; restarts after an improvement.
   for (bool improved = true; improved;) {
     improved = false;
     std::fill(lead.begin(), lead.end(), kNobody);
@@ -163,8 +163,8 @@ std::vector<PlaceChoice> ChoosePlaces(Claims claims) {
         Explanation other = best;
         other.Put(tool, place);
         other.Settle(tool);
-        // From others' places and from none, in either order: overlapping claims have several
-        // optima.
+        // Starts from the others' positions and from none, in either order: overlapping claims have
+        // several optima.
         for (const bool backwards : {false, true}) {
           Explanation anew(claims, cells);
           anew.Put(tool, place);
@@ -195,10 +195,10 @@ std::vector<PlaceChoice> ChoosePlaces(Claims claims) {
 
 namespace {
 
-/// Cells along a leg from one row that is claimed to the next.
+/// Step between claimed rows along a leg, in cells.
 constexpr int kClaimStep = 3;
 
-/// How many cells a tool's legs would ink, of those that are claimed, by axis.
+/// Counts the claimed cells that a tool's legs would ink, by axis.
 std::array<double, 2> WholeClaim(const SheetPlan& plan, int tool) {
   const double leg_cells = (plan.settings.leg_length_mm - 2 * kLegEnd_mm) / kInkCell_mm /
                            kClaimStep * plan.settings.line_width_mm / kInkCell_mm;
@@ -212,12 +212,12 @@ std::array<double, 2> WholeClaim(const SheetPlan& plan, int tool) {
   return whole;
 }
 
-/// Whether a place stands out from all others, and the tool's own ink shows it along both axes.
+/// True if a position is clearly the best, and the tool's own ink shows it along both axes.
 /// @param share  of the legs that are there.
-/// @param left   cells of ink in the box that no tool explains whose place stands out.
+/// @param left   cells of ink in the box that no clearly located tool explains.
 bool IsSure(const PlaceChoice& choice, const std::array<double, 2>& whole, double share,
             double left) {
-  /// Of all its ink: other ink makes half of a tool's legs at most.
+  /// Limits in parts of all its ink: other ink makes half of a tool's legs at most.
   constexpr double kLeastLead = 0.15;
   constexpr double kLeastLeadOfPart = 0.3;
   constexpr double kLeastOwn = 0.2;
@@ -226,8 +226,8 @@ bool IsSure(const PlaceChoice& choice, const std::array<double, 2>& whole, doubl
   constexpr double kMostLeft = 0.5;
   const double all = whole[0] + whole[1];
   const bool part = share < kNearlyAll;
-  // Ink enough for its lines elsewhere, perhaps further off than it is looked for, leaves only what
-  // fits nearly wholly.
+  // If enough ink remains for its lines elsewhere, perhaps beyond the search range, only a nearly
+  // complete fit counts.
   if (part && left >= kMostLeft * all) return false;
   return choice.lead >= (part ? kLeastLeadOfPart : kLeastLead) * all &&
          choice.own[0] + choice.own[1] >= kLeastOwn * all &&
@@ -312,7 +312,7 @@ PlaceClaim ToolSearch::Claim(int tool, SheetPoint shift, double threshold) const
       }
     }
   }
-  // Legs that stand near each other share cells.
+  // Adjacent legs share cells.
   for (auto& ink : claim.ink) {
     std::sort(ink.begin(), ink.end());
     ink.erase(std::unique(ink.begin(), ink.end()), ink.end());
@@ -340,7 +340,7 @@ ToolSearch::LegContrast ToolSearch::Contrast(const ToolComb& comb, SheetPoint sh
   const bool along_v = structure.axis == Axis::kX;
   const int aside = static_cast<int>(std::lround(plan_.settings.leg_spacing_mm / 2 / kInkCell_mm));
   const int half = static_cast<int>((plan_.settings.leg_length_mm / 2 - kLegEnd_mm) / kInkCell_mm);
-  // Of the line and of the paper on both sides, where no known ink lies.
+  // Sums over the line and the paper on both sides, without known ink.
   std::array<double, 2> sum{};
   std::array<double, 2> cells{};
   for (const auto& [column, row] : CellsOf(raster_, plan_, comb, shift).middle) {
@@ -362,8 +362,8 @@ ToolSearch::LegContrast ToolSearch::Contrast(const ToolComb& comb, SheetPoint sh
 
 bool ToolSearch::IsEven(int tool, SheetPoint shift,
                         const std::vector<std::uint8_t>& explained) const {
-  constexpr double kLeastShare = 0.82;  // of the darkest comb; a tool's own differ by 0.14 at most
-  constexpr double kLeastOpen = 0.3;    // of a comb's cells: less are the rims of known lines
+  constexpr double kLeastShare = 0.82;  // of the darkest comb; one tool's differ by 0.14 at most
+  constexpr double kLeastOpen = 0.3;    // of a comb's cells: fewer are the rims of known lines
   constexpr int kApart = 3;             // cells by which combs lie unlike each other
   const double whole_cells = 3.0 * 2 * plan_.settings.teeth *
                              (plan_.settings.leg_length_mm - 2 * kLegEnd_mm) / kInkCell_mm;
@@ -387,7 +387,7 @@ bool ToolSearch::IsEven(int tool, SheetPoint shift,
 SheetPoint ToolSearch::Refine(int tool, SheetPoint shift,
                               const std::vector<std::uint8_t>& explained) const {
   constexpr int kPlateau = 6;  // cells: of the search, and its steps
-  // Beyond, where one leg stood on the other's place.
+  // Beyond the shift at which one leg takes the other's place.
   const int reach =
       kPlateau + static_cast<int>(std::lround(plan_.settings.leg_spacing_mm / kInkCell_mm));
   for (int pass = 0; pass < 2; ++pass) {
@@ -408,7 +408,7 @@ SheetPoint ToolSearch::Refine(int tool, SheetPoint shift,
         best_open = legs.open_cells;
         best_mm = by_mm;
       }
-      // Of the combs of an axis, the one that known ink hides least.
+      // Uses the comb of each axis that known ink hides least.
       double& most = most_open[is_x ? 0 : 1];
       if (best_open <= most) continue;
       most = best_open;
@@ -480,7 +480,7 @@ std::vector<ToolPlace> ToolSearch::Find(const std::vector<int>& tools) {
   const double faint = raster_.FaintestInk();
   std::vector<ToolPlace> places(tools.size());
   for (const double threshold : {std::max(faint, 0.35 * ink_strength_), faint}) {
-    // What was found explains ink, which may show where the others are.
+    // Found tools explain ink, which may reveal the others.
     for (bool more = true; more;) {
       if (std::all_of(places.begin(), places.end(), [](const auto& p) { return p.found; })) break;
       more = LookOnce(tools, threshold, places);

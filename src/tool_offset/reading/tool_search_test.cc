@@ -31,7 +31,7 @@ double Explained(const Claims& claims, const std::vector<int>& places) {
   return static_cast<double>(cells.size()) - missing;
 }
 
-/// Of all ways to put three tools, the best, with one of them kept off a place.
+/// Returns the best of all ways to place three tools, with one of them kept off a position.
 double BestBut(const Claims& claims, std::size_t tool, int not_at) {
   double best = -1e9;
   for (int a = -1; a < 3; ++a) {

@@ -15,8 +15,8 @@ namespace to = tool_offset;
 
 struct Arrow {
   int tool = 0;
-  DataPoint tip_mm;  ///< from where it begins
-  Interval x95_mm;   ///< of the tip
+  DataPoint tip_mm;  ///< relative to its start
+  Interval x95_mm;   ///< tip's interval
   Interval y95_mm;
   std::string label;
 };
@@ -37,7 +37,7 @@ std::vector<Arrow> ArrowsOf(const OffsetAnalysis& analysis) {
   return arrows;
 }
 
-/// Both ranges with one scale, around the reference tool and all arrows.
+/// Returns both ranges with one scale, around the reference tool and all arrows.
 std::pair<Range, Range> EqualRanges(const std::vector<Arrow>& arrows, const RectPx& room) {
   std::vector<double> xs{0};
   std::vector<double> ys{0};
@@ -51,7 +51,7 @@ std::pair<Range, Range> EqualRanges(const std::vector<Arrow>& arrows, const Rect
                       kLeast_mm / std::min(room.width, room.height));
 }
 
-/// Where no other label stands yet: at the wanted place, or as little below it as need be.
+/// Finds a position free of other labels: the wanted one, or as little below it as possible.
 PointPx FreePlace(const RectPx& wanted, std::vector<RectPx>& taken) {
   RectPx at = wanted;
   const auto covers = [&at](const RectPx& other) {
@@ -68,7 +68,7 @@ void DrawLabels(Canvas& canvas, const Plot& plot, const std::vector<Arrow>& arro
   constexpr double kTallPx = 16;
   const TextStyle style{.size_px = 12, .bold = true};
   std::vector<RectPx> taken;
-  // Beyond the arrow's tip, so that it stays to be seen.
+  // Beyond the arrow's tip, so that it remains visible.
   const auto label = [&](const PointPx& at, const std::string& text, bool below) {
     const double width = canvas.TextWidth(text, style);
     const RectPx& inner = plot.inner();
@@ -137,12 +137,12 @@ std::optional<Figure> ToolArrowsFigure(const OffsetAnalysis& analysis) {
 
 namespace {
 
-/// A value and its interval, from the row's zero.
+/// Value and its interval, relative to the row's zero.
 struct Row {
   std::string label;
-  std::string words;    ///< at the right; or why there is no value
+  std::string words;    ///< text at the right; or why there is no value
   Measured value;       ///< mm
-  double zero_mm = 0;   ///< that it is shown against
+  double zero_mm = 0;   ///< reference value
   bool strong = false;  ///< an answer, not a part of one
 };
 
@@ -211,7 +211,7 @@ void DrawRow(Canvas& canvas, const Plot& plot, const Row& row, double middle_y) 
   }
 }
 
-/// What fits into a picture: answers before their parts, the first ones before the others.
+/// Returns the rows that fit into a picture: answers before their parts, in order.
 std::vector<Row> Fitting(std::vector<Row> rows, std::string& title) {
   constexpr std::size_t kMost = 200;
   if (rows.size() <= kMost) return rows;
@@ -261,7 +261,7 @@ std::string ScanName(const OffsetAnalysis& analysis, const OffsetScan& scan) {
 void AddTool(const OffsetAnalysis& analysis, const to::CombinedTool& tool, std::vector<Row>& rows) {
   for (const bool is_x : {true, false}) {
     const Measured& answer = is_x ? tool.dx_mm : tool.dy_mm;
-    // A tool with one bad axis has no answer.
+    // A tool with one bad axis has no result.
     const bool good = VerdictOf(tool) == Verdict::kGood;
     rows.push_back({fmt::format("T{} {}", tool.tool, is_x ? "dx" : "dy"),
                     good ? OffsetWords(answer) : VerdictWords(VerdictOf(tool)),

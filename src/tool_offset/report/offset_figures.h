@@ -11,7 +11,7 @@
 
 namespace trammel::report {
 
-// None names a value unless its verdict is good. Numbers that are not finite are left out.
+// The figures show a value only if its verdict is good. Numbers that are not finite are omitted.
 
 /// "tools": an arrow from the reference tool to where each tool lands. Nothing without a tool that
 /// has an offset.
@@ -24,7 +24,7 @@ namespace trammel::report {
 /// "structures": what each structure of a scan says against all of them together.
 [[nodiscard]] Figure StructureOffsetsFigure(const OffsetScan& scan);
 
-/// A figure in the formats that are kept; far smaller than the strokes and pixels behind it.
+/// Figure in its output formats, far smaller than the strokes and pixels behind it.
 struct DrawnFigure {
   std::string name;  ///< file name without ending, [a-z0-9_-]+
   std::string svg;   ///< a file

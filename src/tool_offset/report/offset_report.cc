@@ -24,7 +24,7 @@ std::string Cell(const Measured& measured) {
 
 void AddRow(const OffsetRow& row, Table& table) {
   const Verdict verdict = row.verdict();
-  // A tool with one bad axis has no answer.
+  // A tool with one bad axis has no result.
   const bool shown = verdict == Verdict::kGood || row.kind != OffsetRowKind::kTool;
   table.Row({EscapeHtml(row.name), shown ? Cell(row.x) : "–", row.y && shown ? Cell(*row.y) : "–",
              VerdictWords(verdict) + (row.remark.empty() ? "" : ", " + row.remark)});
@@ -66,8 +66,8 @@ to::OffsetFirmware FirmwareOf(gcode::Dialect dialect) {
   }
 }
 
-/// The lines that set the tools' new offsets, and behind them those that save them: from what the
-/// printer keeps, where that is known, otherwise from 0.
+/// Returns the lines that set the tools' new offsets, then those that save them: relative to the
+/// printer's stored offsets if known, otherwise to 0.
 std::string Next(const OffsetReportInput& input) {
   const OffsetAnalysis& analysis = *input.analysis;
   const to::OffsetFirmware firmware = FirmwareOf(analysis.plan.settings.printer.dialect);
@@ -106,7 +106,7 @@ std::string Next(const OffsetReportInput& input) {
           EscapeHtml(lines + saves), advice.empty() ? "" : EscapeHtml(advice) + ". "));
 }
 
-/// Teeth that were meant to count and do not.
+/// Counts skipped teeth that were meant to count.
 int LeftOut(const to::Structure& structure, const to::StructureReading& reading) {
   return static_cast<int>(std::count_if(
       reading.fingers.begin(), reading.fingers.end(), [&](const to::FingerReading& finger) {
@@ -129,7 +129,7 @@ std::string StructureLine(const to::Structure& structure, const to::StructureRea
                      EscapeHtml(words));
 }
 
-/// Scans that a page draws at every step: of more only the numbers are on it.
+/// Maximum number of scans drawn at every step: of more the page has only the numbers.
 constexpr std::size_t kMostDrawn = 5;
 
 std::string ScanCards(const OffsetReportInput& input, std::size_t index, std::size_t step) {
@@ -263,7 +263,7 @@ Json Structure(const StructureReading& structure) {
           {"residuals", std::move(residuals)}};
 }
 
-/// How a photo was taken; null of a scan.
+/// Describes a photo's camera; null for a scan.
 Json Photo(const SheetResult& result) {
   if (!result.photo) return nullptr;
   constexpr double kDegrees = 180 / std::numbers::pi;
@@ -298,7 +298,7 @@ Json Scan(const OffsetScan& scan) {
           {"structures", std::move(structures)}};
 }
 
-// Of every scan by itself: what recurs on one sheet says how well the tool couples.
+// Lists each scan separately: repeats on one sheet show the tool's coupling.
 Json PickUps(const OffsetAnalysis& analysis) {
   Json list = Json::array();
   for (const OffsetScan& scan : analysis.scans) {

@@ -1,4 +1,4 @@
-// The answer of sheets of combs as one HTML page, and as JSON (docs/reference/formats.md).
+// Writes the result of sheets of combs as one HTML page, and as JSON (docs/reference/formats.md).
 #pragma once
 
 #include <nlohmann/json_fwd.hpp>
@@ -11,7 +11,7 @@
 
 namespace trammel::report {
 
-/// The offset that a printer keeps for a tool, and the one that it is to keep.
+/// Present and next stored offset of a tool.
 struct KeptChange {
   int tool = 0;
   tool_offset::KeptOffset now;
@@ -21,22 +21,23 @@ struct KeptChange {
 struct OffsetReportInput {
   const OffsetAnalysis* analysis = nullptr;  ///< REQUIRED
   std::vector<DrawnFigure> pictures;         ///< of the pages, one for each of its scans
-  std::vector<KeptChange> kept = {};         ///< where the printer's own offsets are known
+  std::vector<KeptChange> kept = {};         ///< if the printer's own offsets are known
 };
 
-/// The figures of values: where the tools land, each scan by itself.
+/// Draws the figures of values: the tools' positions, each scan by itself.
 [[nodiscard]] std::vector<Figure> OffsetValueFigures(const OffsetAnalysis& analysis);
 
-/// Stands alone: nothing is loaded from elsewhere. Text from outside may hold any bytes.
+/// Returns a self-contained page: nothing is loaded from elsewhere. Text from outside may have any
+/// bytes.
 [[nodiscard]] std::string OffsetReport(const OffsetReportInput& input);
 
-/// One object. A tool's numbers are null unless its verdict is good, and so is every other value
-/// that could not be measured.
-/// @param report  path of the report that was written; empty where there is none.
+/// Returns one object. A tool's numbers are null unless its verdict is good, and so is every other
+/// value that could not be measured.
+/// @param report  path of the report that was written; empty if there is none.
 [[nodiscard]] nlohmann::ordered_json JsonOf(const OffsetAnalysis& analysis,
                                             const std::string& report = "");
 
-/// The same where no scan could be used: every tool is refused, with the scans' reasons.
+/// Returns the object if no scan was usable: every tool is refused, with the scans' reasons.
 /// REQUIRES at least one refused scan and no other.
 [[nodiscard]] nlohmann::ordered_json RefusalJson(const OffsetAnalysis& analysis);
 

@@ -26,7 +26,7 @@ Verdict Worse(Verdict a, Verdict b) {
   return Verdict::kGood;
 }
 
-/// The reasons of both axes, once where they have the same.
+/// Returns the reasons of both axes, once if both have the same.
 std::string Joined(const Measured& x, const Measured& y) {
   if (x.reason().empty() || x.reason() == y.reason()) return y.reason();
   return y.reason().empty() ? x.reason() : x.reason() + "; " + y.reason();

@@ -1,4 +1,4 @@
-// The answer of scanned sheets as text, and as rows of one table.
+// Writes the result of scanned sheets as text, and as rows of one table.
 #pragma once
 
 #include <optional>
@@ -16,12 +16,12 @@ namespace trammel::report {
 /// One page of one file.
 struct OffsetScan {
   std::string source;  ///< the file, as it was named
-  int page = 1;        ///< of the file
+  int page = 1;        ///< page of the file
   int sheet = 1;       ///< scans of one print share it
   tool_offset::SheetResult result;
 };
 
-/// A scan whose sheet could not be used, and why.
+/// Scan whose sheet was unusable, with the reason.
 struct RefusedScan {
   std::string source;
   std::string reason;
@@ -29,25 +29,25 @@ struct RefusedScan {
 
 struct OffsetAnalysis {
   tool_offset::SheetPlan plan;
-  std::vector<OffsetScan> scans;  ///< at least one, but for RefusalJson
+  std::vector<OffsetScan> scans;  ///< at least one, except for RefusalJson
   tool_offset::CombinedResult combined;
   std::vector<RefusedScan> refused;
 };
 
-/// Good where all tools and self-tests are; otherwise the worst of them.
+/// Returns good if all tools and self-tests are; otherwise the worst of them.
 [[nodiscard]] Verdict VerdictOf(const OffsetAnalysis& analysis);
-/// What keeps the answer from being good, each reason once; empty where it is.
+/// Lists the reasons why the answer is not good, each once; empty if it is.
 [[nodiscard]] std::string ReasonOf(const OffsetAnalysis& analysis);
-/// Good where both axes are; otherwise the worse of them.
+/// Returns good if both axes are; otherwise the worse of them.
 [[nodiscard]] Verdict VerdictOf(const tool_offset::CombinedTool& tool);
-/// Empty where good; otherwise what is wrong with either axis, once where both have the same.
+/// Returns the reason of either axis, once if both have the same; empty if good.
 [[nodiscard]] std::string ReasonOf(const tool_offset::CombinedTool& tool);
-/// The notices of all scans on a tool, each once.
+/// Returns the notices of all scans on a tool, each once.
 [[nodiscard]] std::vector<std::string> NoticesOf(const OffsetAnalysis& analysis, int tool);
-/// The notices of all scans, each once.
+/// Returns the notices of all scans, each once.
 [[nodiscard]] std::vector<std::string> NoticesOf(const OffsetAnalysis& analysis);
 
-/// What a row of the answer is of.
+/// Kind of a row of the answer.
 enum class OffsetRowKind { kTool, kSelfTest, kPickUp, kBacklash, kBias };
 
 struct OffsetRow {
@@ -58,22 +58,22 @@ struct OffsetRow {
   std::string remark;         ///< "coarse"; mostly empty
   std::vector<std::string> notices;
 
-  /// The worse of both axes.
+  /// Returns the worse of both axes.
   [[nodiscard]] Verdict verdict() const;
-  /// Empty where good; otherwise what is wrong with either axis, once where both have the same.
+  /// Returns the reason of either axis, once if both have the same; empty if good.
   [[nodiscard]] std::string reason() const;
 };
 
-/// Every row of the answer: tools, self-tests, pick-ups, backlash, the method's bias.
+/// Returns every row of the result: tools, self-tests, pick-ups, backlash, the method's bias.
 [[nodiscard]] std::vector<OffsetRow> OffsetTable(const OffsetAnalysis& analysis);
 
-/// A scan's or photo's facts: "600.0 x 600.0 dpi, lines scatter by 2.1 µm".
+/// Describes a scan or photo: "600.0 x 600.0 dpi, lines scatter by 2.1 µm".
 [[nodiscard]] std::string ScanFacts(const OffsetScan& scan);
 /// "sheet 1234", or that it is of the original generator.
 [[nodiscard]] std::string SheetName(const tool_offset::SheetPlan& plan);
 
-/// The table for a terminal, the scans' facts and notices; several lines.
-/// @param report  path of the report that was written; empty where there is none.
+/// Returns the table for a terminal, the scans' facts and notices; several lines.
+/// @param report  path of the report that was written; empty if there is none.
 [[nodiscard]] std::string OffsetText(const OffsetAnalysis& analysis,
                                      const std::string& report = "");
 

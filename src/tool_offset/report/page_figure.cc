@@ -54,7 +54,7 @@ void DrawPage(Canvas& canvas, const PageView& page, const PageWindow& window) {
   canvas.Image(picture.view(), window.to, Pixels::kPhoto);
 }
 
-/// A line that can be seen on ink and on paper alike.
+/// Draws a line visible on ink and on paper alike.
 void HaloLine(Canvas& canvas, std::span<const PointPx> points, const Stroke& stroke) {
   constexpr double kHaloPx = 1;
   Stroke halo = stroke;
@@ -65,7 +65,7 @@ void HaloLine(Canvas& canvas, std::span<const PointPx> points, const Stroke& str
   canvas.Polyline(points, stroke);
 }
 
-/// Text on a patch of paper; its angle counts, its alignment is the middle.
+/// Draws text on a patch of paper; its angle counts, its alignment is the middle.
 void TagText(Canvas& canvas, const PointPx& middle, std::string_view text, const TextStyle& style) {
   constexpr double kRoomPx = 2.5;
   constexpr double kBelow = 0.36;  // of the size: from the letters' middle to the baseline
@@ -83,7 +83,7 @@ void TagText(Canvas& canvas, const PointPx& middle, std::string_view text, const
   canvas.Text(at(0, kBelow * style.size_px), text, centred);
 }
 
-/// A small x.
+/// Draws a small x.
 void Cross(Canvas& canvas, const PointPx& middle, double half_px, const Stroke& stroke) {
   const PointPx down[] = {{middle.x - half_px, middle.y - half_px},
                           {middle.x + half_px, middle.y + half_px}};
@@ -95,10 +95,10 @@ void Cross(Canvas& canvas, const PointPx& middle, double half_px, const Stroke& 
 
 constexpr double kTallestPx = 1080;
 
-/// Letters of what is named on the page: on a phone structures are as small.
+/// Returns the letter size of names on the page: smaller on a phone, as are structures.
 double TagPx(const Canvas& canvas) { return canvas.width_px() < kFigureWidthPx ? 7.5 : 10.5; }
 
-/// A figure on the sheet, bent like the paper, as a closed path on the canvas.
+/// Returns a figure on the sheet, bent like the paper, as a closed path on the canvas.
 std::vector<PointPx> Outline(const PageWindow& window, const to::PageMap& map,
                              to::SheetPoint middle, double half_u_mm, double half_v_mm) {
   constexpr int kSteps = 12;
@@ -120,7 +120,7 @@ std::vector<PointPx> Outline(const PageWindow& window, const to::PageMap& map,
   return path;
 }
 
-/// Of text along a line that runs to the right or up.
+/// Returns the angle of text along a line that runs to the right or up.
 double ReadableAngle(const PointPx& from, const PointPx& to) {
   constexpr double kHalfTurn = std::numbers::pi;
   double angle = std::atan2(to.y - from.y, to.x - from.x);
@@ -144,7 +144,7 @@ void DrawBox(Canvas& canvas, const PageWindow& window, const to::SheetPlan& plan
   }
 }
 
-/// From the box's lower left corner, along its sides.
+/// Draws the axes from the box's lower left corner, along its sides.
 void DrawAxes(Canvas& canvas, const PageWindow& window, const to::SheetPlan& plan,
               const to::PageMap& map) {
   constexpr double kLength_mm = 28;

@@ -39,7 +39,7 @@ void DrawPlate(Canvas& canvas, const RectPx& inner, settings::BedShape shape) {
   canvas.Polygon(outline, kPlate, edge);
 }
 
-/// A plot in the middle of `room`, the same scale on both axes.
+/// Makes a plot in the middle of `room`, the same scale on both axes.
 Plot EvenPlot(Canvas& canvas, const RectPx& room, const Axis& x, const Axis& y,
               const std::string& title) {
   const double scale =
@@ -50,7 +50,7 @@ Plot EvenPlot(Canvas& canvas, const RectPx& room, const Axis& x, const Axis& y,
   return Plot::Around(canvas, inner, x, y, title);
 }
 
-/// The whole bed in its own coordinates, with its outline.
+/// Draws the whole bed in its own coordinates, with its outline.
 Plot BedPlot(Canvas& canvas, const RectPx& room, const settings::PrinterSettings& printer) {
   const Range x{printer.bed_origin_x_mm, printer.bed_origin_x_mm + printer.bed_size_x_mm};
   const Range y{printer.bed_origin_y_mm, printer.bed_origin_y_mm + printer.bed_size_y_mm};
@@ -66,7 +66,7 @@ namespace to = tool_offset;
 constexpr double kWidthPx = 1200;
 constexpr double kHeightPx = 760;
 
-/// The reference tool is ink; the others are told apart by hue and by lightness.
+/// Returns the tool's colour: ink for the reference tool; the others differ in hue and lightness.
 Color ToolColor(const to::SheetSettings& settings, int tool) {
   if (tool == settings.reference_tool) return kInk;
   constexpr std::array<Color, 7> kColors{kVermilion,    kBlue,         Rgb(0x1b8a6b), Rgb(0xb04a9a),
@@ -79,7 +79,7 @@ Color ToolColor(const to::SheetSettings& settings, int tool) {
   return kColors[tested % kColors.size()];
 }
 
-/// Something drawn: by which tool, from where to where.
+/// Visitor of drawn lines, with their tool.
 using LegVisitor = std::function<void(int tool, const to::Leg& leg)>;
 
 void VisitStructure(const to::SheetPlan& plan, const to::Structure& structure,
@@ -119,7 +119,7 @@ void DrawLeg(Canvas& canvas, const to::SheetPlan& plan, int tool, const PointPx&
                          .round_ends = true});
 }
 
-/// The sheet of paper, where it has to lie; it may reach beyond the bed.
+/// Draws the paper at its required position; it may extend beyond the bed.
 void DrawPaper(Canvas& canvas, const Plot& plot, const to::SheetPlan& plan) {
   const auto paper = to::PaperAround(plan);
   if (!paper) return;
@@ -183,8 +183,8 @@ void DrawSheet(Canvas& canvas, const RectPx& room, const to::SheetPlan& plan) {
   VisitAll(plan, [&](int tool, const to::Leg& leg) {
     DrawLeg(canvas, plan, tool, at(leg.start), at(leg.end), px_per_mm, 0.4);
   });
-  // Dark cells as a whole, not as the lines that are printed: a picture of the plan must never pass
-  // for a scan of the sheet, whose tools would all be right.
+  // Dark cells are filled, unlike the printed lines: a picture of the plan must never pass for a
+  // scan of the sheet, whose tools would all be right.
   for (const to::CodeCell& cell : plan.code) {
     const PointPx low =
         at({cell.middle.u_mm - to::kCodeCell_mm / 2, cell.middle.v_mm + to::kCodeLeg_mm / 2});

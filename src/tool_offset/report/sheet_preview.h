@@ -6,7 +6,7 @@
 
 namespace trammel::report {
 
-/// Three views: the sheet on the bed, turned; one structure close up with the direction of
+/// Draws three views: the sheet on the bed, turned; one structure close up with the direction of
 /// every leg; and the whole sheet upright with the name of each structure. Each tool has its
 /// colour. Write it with ToSvg() or ToPng(). REQUIRES a plan of PlanSheet.
 [[nodiscard]] Canvas SheetPreview(const tool_offset::SheetPlan& plan);

@@ -15,8 +15,8 @@ BedPoint Turned(const SheetPoint& point, double tilt_deg) {
           point.u_mm * std::sin(tilt_rad) + point.v_mm * std::cos(tilt_rad)};
 }
 
-/// The middle of the box: where it is told to be, or so that all that is printed, with the prime
-/// lines below the box, is centred on the bed.
+/// Returns the middle of the box: as set, or so that the print, with the prime lines below the box,
+/// is centred on the bed.
 BedPoint Middle(const SheetSettings& settings) {
   const settings::PrinterSettings& printer = settings.printer;
   const BedPoint below = Turned({0, PrimeDepth_mm(settings) / 2}, settings.tilt_deg);

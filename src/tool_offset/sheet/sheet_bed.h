@@ -1,4 +1,4 @@
-// Where the sheet lies on the bed.
+// Position of the sheet on the bed.
 #pragma once
 
 #include <array>
@@ -9,18 +9,19 @@
 
 namespace trammel::tool_offset {
 
-/// In the printer's own coordinates.
+/// Point in the printer's own coordinates.
 struct BedPoint {
   double x_mm = 0;
   double y_mm = 0;
 };
 
-/// The corners of all that is printed, prime lines included: counter-clockwise from low u, low v.
+/// Returns the corners of the printed area, prime lines included: counter-clockwise from low u, low
+/// v.
 /// @param width_mm, height_mm  of the box, as in SheetPlan.
 [[nodiscard]] std::array<BedPoint, 4> SheetCorners(const SheetSettings& settings, double width_mm,
                                                    double height_mm);
 
-/// What encloses those corners.
+/// Bounding box of those corners.
 struct BedBounds {
   double min_x_mm = 0;
   double min_y_mm = 0;
@@ -30,19 +31,19 @@ struct BedBounds {
 [[nodiscard]] BedBounds SheetBounds(const SheetSettings& settings, double width_mm,
                                     double height_mm);
 
-/// How far out the outermost corner lies on the bed less its margin; at most 1 fits.
+/// Returns the reach of the outermost corner, relative to the bed less its margin; at most 1 fits.
 [[nodiscard]] double SheetReach(const SheetSettings& settings, double width_mm, double height_mm);
 
-/// The paper that the print is meant for, around it on the bed.
+/// Paper for the print, around it on the bed.
 struct PaperOnBed {
   std::string name;
   BedBounds bounds;
 };
-/// The smallest that takes the sheet, of the A series or what the settings name; nothing where none
-/// does.
+/// Returns the smallest paper for the sheet, of the A series or as named in the settings; nothing
+/// if none is large enough.
 [[nodiscard]] std::optional<PaperOnBed> PaperAround(const SheetPlan& plan);
 
-/// Where the nozzle waits while hands reach the bed: high above its back edge, or where it parks.
+/// Position of the nozzle while hands reach the bed: high above its back edge, or its parking one.
 struct PaperPark {
   double x_mm = 0;
   double y_mm = 0;
@@ -50,7 +51,7 @@ struct PaperPark {
 };
 [[nodiscard]] PaperPark PaperParkOf(const SheetSettings& settings);
 
-/// A point of the sheet on the bed.
+/// Converts a point of the sheet to the bed.
 [[nodiscard]] BedPoint OnBed(const SheetPlan& plan, const SheetPoint& point);
 
 }  // namespace trammel::tool_offset

@@ -17,7 +17,7 @@
 namespace trammel::tool_offset {
 namespace {
 
-/// Where a setting of any type that a sheet has lives.
+/// Pointer to a sheet's setting of any type.
 using SheetValue =
     std::variant<double*, std::optional<double>*, int*, bool*, std::string*, std::vector<double>*,
                  std::vector<int>*, gcode::Dialect*, settings::BedShape*>;
@@ -39,7 +39,7 @@ Fault ParseNumber(std::string_view text, Number& number, const char* kind) {
   return std::nullopt;
 }
 
-/// A text between quotes; line breaks, tabs, quotes and backslashes stand behind a backslash.
+/// Quotes a text; line breaks, tabs, quotes and backslashes are escaped by a backslash.
 std::string Quoted(const std::string& text) {
   std::string out = "\"";
   for (const char c : text) {
@@ -88,7 +88,7 @@ Fault Unquote(std::string_view text, std::string& out) {
   return std::nullopt;
 }
 
-/// Reads a text into a setting of each type.
+/// Parses a text into a setting of each type.
 struct Parser {
   std::string_view text;
 
@@ -153,14 +153,14 @@ struct Formatter {
   }
 };
 
-/// Numbers so that they read back as themselves, lists as [1, 2], texts in quotes on one line;
-/// absent where an optional setting has no value.
+/// Formats numbers so that they read back exactly, lists as [1, 2], texts in quotes on one line;
+/// absent if an optional setting has no value.
 std::optional<std::string> FormatSheetValue(const SheetValue& value) {
   return std::visit([](const auto* v) { return Formatter{}(*v); }, value);
 }
 
 /// Sets the value.
-/// @returns What is wrong with the text or its value, or nothing.
+/// @returns the fault of the text or its value, or nothing.
 std::optional<std::string> ParseSheetValue(std::string_view text,
                                            const settings::SettingRange& range,
                                            const SheetValue& value) {
@@ -173,16 +173,16 @@ constexpr std::string_view kPrefix = "; trammel sheet: ";
 constexpr std::string_view kFormatKey = "format";
 constexpr std::string_view kIdKey = "sheet_id";
 constexpr std::string_view kEnd = "end";
-/// Stands only in files of sheets that are arranged so.
+/// Key present only in files of sheets arranged for photos.
 constexpr std::string_view kForPhotoKey = "tool_offset_pattern.for_photo";
 
 struct Entry {
-  std::string key;  ///< with its section
+  std::string key;  ///< including its section
   settings::SettingRange range;
   SheetValue value;
 };
 
-/// Every setting with where it lives.
+/// Returns every setting with its address.
 std::vector<Entry> Entries(SheetSettings& settings) {
   std::vector<Entry> entries;
   const auto bind = [&](const auto& fields, auto& owner) {
@@ -205,7 +205,7 @@ tl::unexpected<Error> FailAt(long line, const std::string& what) {
   return Fail(fmt::format("line {}: {}", line, what));
 }
 
-/// The comments of one file, read line by line.
+/// Reader of the comments of one file, line by line.
 class Reader {
  public:
   /// @returns Whether this was the last of them.
@@ -234,7 +234,7 @@ class Reader {
     return false;
   }
 
-  /// REQUIRES that the last comment was taken.
+  /// Returns the settings. REQUIRES that the last comment was read.
   Result<SheetSettings> Finish() {
     for (const Entry& entry : entries_) {
       if (!seen_.contains(entry.key) && entry.key != kForPhotoKey &&

@@ -39,7 +39,7 @@ TEST(SheetFile, SettingsReadBackAsTheyWere) {
     const SheetPlan plan = PlanSheet(settings);
     const Result<SheetSettings> read = ReadSheetFile(WriteSheetGcode(plan).text);
     ASSERT_TRUE(read) << read.error().message;
-    // What is written of both is the same, bit for bit, and so is the plan.
+    // Both write the same text, bit for bit, and have the same plan.
     EXPECT_EQ(FormatSheetComments(PlanSheet(*read)), FormatSheetComments(plan));
     EXPECT_EQ(read->pitch_mm, settings.pitch_mm);
     EXPECT_EQ(read->tools, settings.tools);

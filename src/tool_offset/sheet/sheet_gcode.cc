@@ -19,25 +19,25 @@
 namespace trammel::tool_offset {
 namespace {
 
-/// One tool's filament.
+/// Filament of one tool.
 struct PenTool {
   double filament_per_mm = 0;
   double retract_mm = 0;
 };
 
-/// Absolute positions, relative E. The nozzle is up, and the filament drawn back, whenever it does
-/// not draw.
+/// Pen with absolute positions and relative E. While it does not draw, the nozzle is up and the
+/// filament retracted.
 class SheetPen {
  public:
   explicit SheetPen(const SheetPlan& plan);
 
   void Line(std::string_view text);
   void Lines(const std::vector<std::string>& lines);
-  /// The user's own text, ended by a line end.
+  /// Adds the user's own text, ended by a line end.
   void Block(std::string_view text);
 
-  /// From now on draws with this tool, whose filament has `pushed_out_mm` to go until it is at the
-  /// nozzle's tip. Somebody else may have moved the head.
+  /// Selects this tool for drawing; its filament is `pushed_out_mm` away from the nozzle's tip.
+  /// Somebody else may have moved the head.
   void TakeTool(const PenTool& tool);
   /// Rises above everything.
   void Lift();
@@ -45,11 +45,11 @@ class SheetPen {
   void Park();
   /// Waits high above the bed's back edge, out of the way of hands that tape paper down.
   void ParkForPaper();
-  /// Draws without a run-in, after pushing out `prime_mm` where the line begins.
+  /// Draws without a run-in, after extruding `prime_mm` at the start of the line.
   void DrawPrimeLine(const Leg& leg, double prime_mm);
   /// Runs in, draws one leg.
   void DrawLeg(const Leg& leg);
-  /// One line round the sheet, `inset_mm` within the outermost.
+  /// Draws one line round the sheet, `inset_mm` within the outermost.
   void DrawBox(double inset_mm);
 
   [[nodiscard]] double filament_mm() const { return filament_mm_; }
@@ -144,7 +144,7 @@ void SheetPen::DrawLeg(const Leg& leg) {
   const double back = settings.run_in_mm / length_mm;
   TravelTo({leg.start.u_mm - back * along_u_mm, leg.start.v_mm - back * along_v_mm},
            settings.printer.travel_speed_mm_s);
-  // Above the paper: the play is taken up before the nozzle touches down.
+  // Above the paper: the backlash is taken up before the nozzle touches down.
   TravelTo(leg.start, settings.print_speed_mm_s);
   Lower();
   Push(tool_.retract_mm);
@@ -168,7 +168,7 @@ void SheetPen::DrawBox(double inset_mm) {
 }
 
 void SheetPen::TravelTo(const SheetPoint& point, double speed_mm_s) {
-  // From above everything down to where it travels, once it is there.
+  // Descends from above everything to travel height only at the target.
   const double hop_mm = print_z_mm_ + plan_.settings.printer.z_hop_mm;
   MoveTo(point, speed_mm_s, 0);
   if (z_mm_ != hop_mm) MoveZ(hop_mm);
@@ -208,20 +208,20 @@ void SheetPen::Raise() {
 }
 
 void SheetPen::Count(double length_mm, double speed_mm_s) {
-  // From rest to rest.
+  // Counts a motion from rest to rest.
   const double a_mm_s2 = plan_.settings.acceleration_mm_s2;
   const double peak_mm_s = std::min(speed_mm_s, std::sqrt(a_mm_s2 * length_mm));
   if (length_mm > 0) time_s_ += length_mm / peak_mm_s + peak_mm_s / a_mm_s2;
 }
 
-/// What one tool draws between being picked up and being put back.
+/// Lines drawn by one tool between pick-up and return.
 struct Turn {
-  std::size_t place = 0;  ///< in `tools`
+  std::size_t place = 0;  ///< index in `tools`
   int pick_up = 0;
 };
 
-/// Every tool once per pick-up, the reference tool first. A tool's next turn never follows its own:
-/// in between it is put back.
+/// Returns every tool once per pick-up, the reference tool first. A tool's turns are never
+/// consecutive: in between it is put back.
 std::vector<Turn> Turns(const SheetSettings& settings) {
   const std::size_t reference = ReferencePlace(settings);
   std::vector<Turn> turns;
@@ -296,14 +296,14 @@ class Writer {
     pen_.Block(FormatSheetComments(plan_));
   }
 
-  /// Modes that the user's own G-code may have left in any state. Marlin's G90 makes E absolute
-  /// too, hence the order.
+  /// Sets modes that the user's own G-code may have changed. Marlin's G90 makes E absolute too,
+  /// hence the order.
   void WriteModes() {
     pen_.Line("G90 ; absolute positions");
     pen_.Line("M83 ; relative E");
   }
 
-  /// Off, and cool enough for hands.
+  /// Turns all heaters off, and cools until hands may touch.
   void CoolDown() {
     for (const int tool : settings_.tools) {
       pen_.Line(gcode::ToolTemperatureCommand(dialect_, tool, 0));
@@ -354,7 +354,7 @@ class Writer {
     pen_.Line("G21 ; mm");
     WriteModes();
     pen_.Lift();
-    // Firmwares keep offsets with the state: it has to be kept and brought back with one tool.
+    // Firmwares save offsets with the state: it has to be saved and restored with the same tool.
     ChangeTool(reference, reference);
     pen_.Lines(gcode::SaveStateCommands(dialect_));
     WriteModes();
@@ -387,7 +387,7 @@ class Writer {
     const int tool = settings_.tools[turn.place];
     pen_.Line(fmt::format("; tool {}{}", tool,
                           turn.pick_up == 0 ? "" : fmt::format(", pick-up {}", turn.pick_up)));
-    // Hot before it is taken from its dock: there it oozes onto no paper.
+    // Heated before it is taken from its dock: there it oozes onto no paper.
     pen_.Lines(gcode::HeatToolCommands(dialect_, tool, ToolTemperature_c(settings_, turn.place)));
     if (turn.place != previous) ChangeTool(turn.place, previous);
     if (!settings_.prime_gcode.empty()) {

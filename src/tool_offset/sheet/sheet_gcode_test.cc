@@ -31,7 +31,7 @@ SheetSettings OfAbs() {
 }
 
 struct Move {
-  double x_mm = 0, y_mm = 0, z_mm = 0;  ///< where it ends
+  double x_mm = 0, y_mm = 0, z_mm = 0;  ///< end point
   double from_x_mm = 0, from_y_mm = 0;
   double filament_mm = 0;
   int tool = 0;
@@ -305,9 +305,9 @@ TEST(SheetGcode, PrintsWithinTheBedAndCountsItsFilament) {
   EXPECT_LT(gcode.time_s, 7200);
 }
 
-/// What a file has told the heaters and the head when it comes to a line.
+/// State of heaters and head when a file reaches a line.
 struct Machine {
-  std::map<std::string, double> target_c;  ///< by heater
+  std::map<std::string, double> target_c;  ///< per heater
   std::vector<std::string> cooled;         ///< waits until something is touchable, since homing
   double y_mm = 0;
   double z_mm = 0;
@@ -370,8 +370,8 @@ TEST(SheetPaper, ThePaperIsTapedToAColdBedUnderAColdNozzleHighAndBehindInEveryFi
 
 TEST(SheetPaper, KlipperIsToldToStopWhereItHasNoPause) {
   const std::string text = WriteSheetGcode(PlanSheet(OfAbs())).text;
-  // Of a print that somebody cancelled while it was paused nothing is left; and what PAUSE saves
-  // must be there before anything is heated.
+  // No state of a print cancelled while paused may persist; and PAUSE must save its state before
+  // anything is heated.
   EXPECT_THAT(text, HasSubstr("\nCLEAR_PAUSE\nPAUSE\n"));
   const Machine machine = At(text, "RESTORE_GCODE_STATE NAME=PAUSE_STATE MOVE=0");
   for (const auto& [heater, target_c] : machine.target_c) EXPECT_EQ(target_c, 0) << heater;
@@ -408,7 +408,7 @@ TEST(SheetPaper, AFileForPaperThatLiesThereHomesNothingAndEndsColdParkedForHands
   EXPECT_EQ(machine.z_mm, park.z_mm);
   EXPECT_EQ(machine.y_mm, park.y_mm);
   EXPECT_GE(park.z_mm, settings.paper_clearance_mm);
-  // What it leaves to others: homing first, then high and behind.
+  // Steps outside the file: homing first, then high and behind.
   EXPECT_TRUE(HomeAndPickUpGcode(plan).starts_with("G28\n"));
   EXPECT_THAT(HomeAndPickUpGcode(plan), HasSubstr("\nT0\n"));
   EXPECT_THAT(ParkForPaperGcode(plan), HasSubstr("Y245"));

@@ -10,7 +10,7 @@
 namespace trammel::tool_offset {
 namespace {
 
-// The end is the complement of the start read backwards: see kSyncCells.
+// The end is the complement of the reversed start: see kSyncCells.
 constexpr std::array<bool, kSyncCells> kStart{true, true, false, true, false};
 constexpr std::array<bool, kSyncCells> kEnd{true, false, true, false, false};
 
@@ -82,7 +82,7 @@ namespace {
 
 enum Kind : std::size_t { kX, kY, kCode, kKinds };
 
-/// Some of the blocks, put together without gaps (each cell has its margin inside).
+/// Packing of some of the blocks without gaps (each cell has its margin inside).
 struct Packing {
   double width_mm = 0;
   double height_mm = 0;
@@ -90,7 +90,8 @@ struct Packing {
 };
 using Packings = std::vector<Packing>;
 
-/// Every way to stand `count` equal cells in a rectangle that wastes no whole column or row.
+/// Returns every arrangement of `count` equal cells in a rectangle that wastes no whole column or
+/// row.
 Packings Shapes(Kind kind, int count, double cell_width_mm, double cell_height_mm) {
   Packings shapes;
   for (int columns = 1; columns <= count; ++columns) {
@@ -120,7 +121,7 @@ Packing Join(const Packing& first, const Packing& second, bool side_by_side) {
   return joined;
 }
 
-/// Drops what another packing beats in both sizes: whatever is asked of the outline grows with
+/// Drops packings that another one beats in both sizes: every criterion of the outline grows with
 /// them.
 Packings Smallest(Packings packings) {
   std::stable_sort(packings.begin(), packings.end(), [](const Packing& a, const Packing& b) {
@@ -167,11 +168,12 @@ Packings AllPackings(const SheetSettings& settings, int x_structures, int y_stru
   return Stack(code, StackOrStandBeside(x, y));
 }
 
-/// 0 for the smallest paper that takes the turned outline, lying or standing.
+/// Returns the rank of the paper for the rotated outline, in either orientation; 0 for the
+/// smallest.
 int PaperClass(double width_mm, double height_mm) {
   int rank = 0;
   for (const PaperSize& paper : PaperSizes()) {
-    if (paper.name == "letter") continue;  // as large as A4
+    if (paper.name == "letter") continue;  // same size as A4
     if (FitsPaper(paper, width_mm, height_mm)) break;
     ++rank;
   }
@@ -221,7 +223,7 @@ namespace {
 
 using Pair = std::array<std::size_t, 2>;
 
-/// Whether one is the other drawn the other way.
+/// True if one is the reverse of the other.
 bool BelongTogether(const Structure& a, const Structure& b) {
   if (a.purpose != b.purpose || a.combs[0].direction == b.combs[0].direction) return false;
   if (a.purpose == Purpose::kPickUp || a.purpose == Purpose::kSelfTest) return false;
@@ -231,8 +233,8 @@ bool BelongTogether(const Structure& a, const Structure& b) {
   return tools(a) == tools(b);
 }
 
-/// Structures for opposite places; those without a partner are set against each other, and the last
-/// of an odd number against itself.
+/// Pairs structures for opposite places. Those without a partner are paired with each other, and
+/// the last of an odd number with itself.
 std::vector<Pair> PairUp(const std::vector<Structure>& structures) {
   std::vector<Pair> pairs;
   std::vector<bool> placed(structures.size(), false);
@@ -249,7 +251,7 @@ std::vector<Pair> PairUp(const std::vector<Structure>& structures) {
       continue;
     }
     placed[k] = true;
-    // In turn, so that not all + structures stand on one side.
+    // Alternates, so that the + structures are not all on one side.
     pairs.push_back(pairs.size() % 2 == 0 ? Pair{i, k} : Pair{k, i});
   }
   for (std::size_t i = 0; i < single.size(); i += 2) {
@@ -258,7 +260,7 @@ std::vector<Pair> PairUp(const std::vector<Structure>& structures) {
   return pairs;
 }
 
-/// A block of equal cells.
+/// Block of equal cells.
 struct Block {
   Grid grid;
   [[nodiscard]] double width_mm() const { return grid.columns * grid.cell_width_mm; }
@@ -276,8 +278,8 @@ std::vector<Block> Shapes(std::size_t count, double cell_width_mm, double cell_h
   return shapes;
 }
 
-/// Sets each pair into the block's cells, counted along its lines first, and opposite ones.
-/// @param block  its place, in a frame whose origin the opposite cells are mirrored about.
+/// Places each pair into the block's cells, along its lines first, and the opposite ones.
+/// @param block  its place, in a frame whose origin is the centre of the mirrored cells.
 void Place(const std::vector<Pair>& pairs, const Block& block, bool by_columns, SheetPoint origin,
            std::vector<SheetPoint>& middles) {
   for (std::size_t i = 0; i < pairs.size(); ++i) {
@@ -306,7 +308,7 @@ PhotoLayout ArrangeForPhoto(const SheetSettings& settings, const std::vector<Str
   Block y_block;
   for (const Block& of_x : Shapes(x_pairs.size(), length_mm, thickness_mm)) {
     for (const Block& of_y : Shapes(y_pairs.size(), thickness_mm, length_mm)) {
-      // Of blocks in opposite corners one that is longer both ways would reach over its twin.
+      // For blocks in opposite corners, one that is longer both ways would overlap its twin.
       const bool x_wider = of_x.width_mm() > of_y.width_mm();
       const bool x_higher = of_x.height_mm() > of_y.height_mm();
       if (x_wider == x_higher && of_x.width_mm() != of_y.width_mm() &&

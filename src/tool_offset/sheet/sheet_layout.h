@@ -16,25 +16,25 @@
 namespace trammel::tool_offset {
 
 inline constexpr int kBoxLines = 3;
-/// From one leg of the code to the next, and how long one is: at 300 dpi 23 px and 47 px.
+/// Pitch and length of the code's legs: at 300 dpi 23 px and 47 px.
 inline constexpr double kCodeCell_mm = 2;
 inline constexpr double kCodeLeg_mm = 4;
-/// From the box to the first row of prime lines, more than most tools are off; from row to row; and
-/// from one to the next in a row.
+/// Prime lines: gap from the box to the first row, more than most tools are off; pitch of the rows;
+/// largest length of a line.
 inline constexpr double kPrimeGap_mm = 5;
 inline constexpr double kPrimeRow_mm = 3;
 inline constexpr double kPrimeLength_mm = 40;
 
-/// How far prime lines reach below the box.
+/// Returns the depth of the prime lines below the box.
 [[nodiscard]] double PrimeDepth_mm(const SheetSettings& settings);
 
-/// Ink of one structure: along the axis that it measures, and across.
+/// Returns the size of one structure's ink: along the axis that it measures, and across.
 [[nodiscard]] double StructureLength_mm(const SheetSettings& settings);
 [[nodiscard]] double StructureThickness_mm(const SheetSettings& settings);
 
-/// A rectangle of equal cells, each of which takes one thing.
+/// Rectangle of equal cells, each for one item.
 struct Grid {
-  double left_mm = 0;  ///< of its first cell
+  double left_mm = 0;  ///< first cell
   double bottom_mm = 0;
   double cell_width_mm = 0;
   double cell_height_mm = 0;
@@ -46,7 +46,7 @@ struct Grid {
   }
 };
 
-/// Everything inside the box; the origin is the lower left corner of `width_mm` x `height_mm`.
+/// Layout inside the box; the origin is the lower left corner of `width_mm` x `height_mm`.
 struct Layout {
   double width_mm = 0;
   double height_mm = 0;
@@ -55,38 +55,38 @@ struct Layout {
   Grid code;  ///< one cell, in the lower left corner
 };
 
-/// In the order of what matters: whether it leaves the bed, and the paper of the settings; which
-/// paper takes it, the smallest first; how much of that.
+/// Costs in order of importance: outside the bed; outside the settings' paper; index of the
+/// smallest paper that takes it; share of that.
 using SheetCost = std::tuple<bool, bool, int, double>;
 /// @param width_mm, height_mm  of the box.
 [[nodiscard]] SheetCost CostOfSheet(const SheetSettings& settings, double width_mm,
                                     double height_mm);
 
-/// Of the outlines that fit the bed and the paper (of all, where none does) the one that takes the
-/// smallest sheet of paper, turned by the tilt, and of those the one with the smallest turned
-/// outline. X structures stand in columns, Y structures in rows.
-/// @param border_mm  what lies around the layout on each side: box, clearance.
+/// Chooses an outline that fits the bed and the paper (any, if none does): on the smallest sheet of
+/// paper, turned by the tilt. Of those it takes the smallest turned outline. X structures are in
+/// columns, Y structures in rows.
+/// @param border_mm  around the layout on each side: box, clearance.
 [[nodiscard]] Layout ArrangeSheet(const SheetSettings& settings, int x_structures, int y_structures,
                                   double border_mm);
 
-/// Cells at the start and at the end of the row that are the same on every sheet. Read from the
-/// wrong end all of them are wrong, so that a sheet that is turned round or mirrored never passes.
+/// Number of cells at the start and at the end of the row that are the same on every sheet. Read
+/// from the wrong end all of them are wrong, so a rotated or mirrored sheet never passes.
 inline constexpr std::size_t kSyncCells = 5;
 inline constexpr std::size_t kIdBits = 16;
 inline constexpr std::size_t kCheckBits = 8;
 inline constexpr std::size_t kCodeCells = 2 * kSyncCells + kIdBits + kCheckBits;
 
-/// True for dark, from left (low u) to right: sync, number (highest bit first), check bits (CRC-8,
-/// polynomial 0x07, of the number's two bytes), sync.
+/// Cells, true for dark, from left (low u) to right: sync, number (highest bit first), check bits
+/// (CRC-8, polynomial 0x07, of the number's two bytes), sync.
 using CodeCells = std::array<bool, kCodeCells>;
 
 [[nodiscard]] CodeCells EncodeSheetId(std::uint16_t sheet_id);
 
-/// The number that the cells carry; nothing where a sync cell or the check bits are wrong. The
-/// check finds every error of up to three cells and all but 1 in 256 of the others.
+/// Decodes the sheet's number; nothing if a sync cell or the check bits are wrong. The check finds
+/// every error of up to three cells and all but 1 in 256 of the others.
 [[nodiscard]] std::optional<std::uint16_t> DecodeSheetId(const CodeCells& dark);
 
-/// Everything inside the box; the origin is the lower left corner of `width_mm` x `height_mm`.
+/// Layout inside the box; the origin is the lower left corner of `width_mm` x `height_mm`.
 struct PhotoLayout {
   double width_mm = 0;
   double height_mm = 0;
@@ -95,13 +95,13 @@ struct PhotoLayout {
   SheetPoint code;  ///< middle of its row
 };
 
-/// Sets the two structures of a tool and axis at opposite places about one point, so that what
-/// grows from there outwards alike (lines of another height, lateral colour) is seen in their
-/// difference and not in their mean.
+/// Places the two structures of a tool and axis on opposite sides of one point. Effects that grow
+/// outwards from there (lines of another height, lateral colour) then affect their difference and
+/// not their mean.
 ///
-/// The X structures stand in two equal blocks, the Y structures in two others, around the middle
-/// like the wings of a windmill; the code lies in a row below. Of all shapes of the blocks the one
-/// that ArrangeSheet would choose, too.
+/// The X structures form two equal blocks, the Y structures two others, around the middle like the
+/// wings of a windmill; the code is in a row below. The shape of the blocks is selected as in
+/// ArrangeSheet.
 /// @param x, y  the structures of each axis; see ListStructures.
 [[nodiscard]] PhotoLayout ArrangeForPhoto(const SheetSettings& settings,
                                           const std::vector<Structure>& x,
@@ -113,16 +113,16 @@ struct PaperSize {
   double long_mm = 0;
 };
 
-/// Smallest first.
+/// Returns the paper sizes, smallest first.
 [[nodiscard]] std::span<const PaperSize> PaperSizes();
 
-/// By its name, in capitals or not. Nothing for another name.
+/// Finds a paper by its name, in capitals or not. Nothing for another name.
 [[nodiscard]] std::optional<PaperSize> FindPaper(std::string_view name);
 
-/// White on each side of the print: for the tape, and what a scanner does not see.
+/// White margin on each side of the print, for the tape and the area that a scanner misses.
 inline constexpr double kPaperMargin_mm = 5;
 
-/// Whether a print that takes so much of the bed's x and y fits, lying or standing.
+/// True if a print with these extents along the bed's x and y fits, lying or standing.
 [[nodiscard]] bool FitsPaper(const PaperSize& paper, double x_mm, double y_mm);
 
 }  // namespace trammel::tool_offset

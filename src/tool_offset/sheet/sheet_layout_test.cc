@@ -35,7 +35,7 @@ Point Outline(const SheetPlan& plan) {
 }
 
 struct Ink {
-  std::string of;  ///< what it belongs to
+  std::string of;  ///< name of its part
   Leg leg;
 };
 
@@ -153,8 +153,8 @@ TEST(SheetLayout, WhatThePaperDoesNotTakeIsRefusedWithWhatWould) {
   EXPECT_THAT(FindProblem(settings)->message, testing::HasSubstr("A6"));
 }
 
-// What follows from it is told apart by the search for tools far off: no tool's four combs all lie
-// where another's would with one and the same shift.
+// Given the layout, the search for tools far off is unambiguous: no single shift maps a tool's four
+// combs onto another's.
 TEST(SheetLayout, NoShiftTakesAllCombsOfAToolOntoThoseOfAnother) {
   for (const int tools : {3, 5, 8}) {
     const SheetPlan plan = PlanSheet(WithTools(tools));

@@ -12,8 +12,8 @@
 namespace trammel::tool_offset {
 namespace {
 
-/// Programmed on a self-test, along the axis that each structure measures: no two alike, both signs
-/// and all sizes up to where teeth nearly touch.
+/// Programmed offsets of a self-test, along the axis that each structure measures: no two alike,
+/// both signs and all sizes up to where teeth nearly touch.
 constexpr std::array<std::array<double, 8>, 2> kSelfTestOffsets_mm{{
     {0.05, -0.12, 0.2, -0.28, 0.35, -0.43, 0.5, -0.47},
     {-0.08, 0.16, -0.24, 0.31, -0.39, 0.46, -0.5, 0.03},
@@ -28,7 +28,8 @@ std::string ControlName(Axis axis, int direction, int number) {
   return number == 0 ? name : fmt::format("{} {}", name, number + 1);
 }
 
-/// Controls in turn + and -, the two backlash structures a third and two thirds of the way along.
+/// Returns controls alternating + and -, the two backlash structures a third and two thirds of the
+/// way along.
 std::vector<Structure> ReferenceStructures(const SheetSettings& settings, Axis axis) {
   const int tool = settings.reference_tool;
   std::vector<Structure> list;
@@ -57,7 +58,7 @@ std::vector<Structure> ToolStructures(const SheetSettings& settings, Axis axis) 
   for (const int direction : {1, -1}) {
     for (const int tool : settings.tools) {
       if (tool == settings.reference_tool) continue;
-      // The roles are swapped with the direction: what the method itself is biased by changes sign.
+      // The roles are swapped with the direction: the method's own bias changes sign.
       const Comb reference{settings.reference_tool, direction, 0, {}};
       const Comb tested{tool, direction, 0, {}};
       list.push_back({fmt::format("T{} {}{}", tool, Letter(axis), Sign(direction)),
@@ -113,9 +114,9 @@ std::vector<Structure> Spread(std::vector<Structure> others, const std::vector<S
   return others;
 }
 
-/// All structures that measure along `axis`, not yet placed. The + structures of all tools come
-/// before their - structures, controls and backlash evenly among them: placed in this order, what
-/// belongs together never lies in one corner of the paper.
+/// Returns all structures that measure along `axis`, not yet placed. The + structures of all tools
+/// precede their - structures, with controls and backlash evenly among them: placed in this order,
+/// related structures are never in one corner of the paper.
 std::vector<Structure> ListStructures(const SheetSettings& settings, Axis axis) {
   std::vector<Structure> list =
       settings.self_test ? SelfTestStructures(settings, axis) : ToolStructures(settings, axis);
@@ -135,7 +136,7 @@ class CheckSum {
       }
     }
   }
-  /// In µm: coarser than any rounding, finer than any reading.
+  /// Adds a length in µm: coarser than any rounding, finer than any reading.
   void AddLength(double length_mm) { Add(std::llround(length_mm * 1000)); }
   void Add(const Leg& leg) {
     for (const SheetPoint& point : {leg.start, leg.end}) {
@@ -169,12 +170,13 @@ std::uint16_t SheetId(const SheetPlan& plan) {
   return sum.value();
 }
 
-/// To a micron: so that no sum of sizes stands on the edge between two values of the check sum.
+/// Rounds to a micron, so that no sum of sizes is on the edge between two values of the check sum.
 SheetPoint Rounded(const SheetPoint& point) {
   return {std::round(point.u_mm * 1000) / 1000, std::round(point.v_mm * 1000) / 1000};
 }
 
-/// Cells along the longer side of the grid's lines first: neighbours in the list stay neighbours.
+/// Returns the place of a cell, along the longer side of the grid's lines first: neighbours in the
+/// list remain neighbours.
 SheetPoint CellOf(const Grid& grid, int index, bool by_columns) {
   const int column = by_columns ? index / grid.rows : index % grid.columns;
   const int row = by_columns ? index % grid.rows : index / grid.columns;
@@ -185,7 +187,7 @@ SheetPoint CellOf(const Grid& grid, int index, bool by_columns) {
 
 }  // namespace
 
-/// Each tool has its own stretch below the box, each pick-up its own row.
+/// Returns the prime lines: each tool has its own stretch below the box, each pick-up its own row.
 std::vector<PrimeLine> PrimeLines(const SheetPlan& plan) {
   const SheetSettings& settings = plan.settings;
   const double stretch_mm = plan.width_mm / static_cast<double>(settings.tools.size());
@@ -204,12 +206,12 @@ std::vector<PrimeLine> PrimeLines(const SheetPlan& plan) {
 
 namespace {
 
-/// From the layout's lower left corner to the sheet's middle.
+/// Converts from the layout's lower left corner to the sheet's middle.
 SheetPoint OnSheet(SheetPoint in_layout, double width_mm, double height_mm) {
   return {in_layout.u_mm - width_mm / 2, in_layout.v_mm - height_mm / 2};
 }
 
-/// Sets the box's size and all structures into it.
+/// Sets the box's size and places all structures in it.
 /// @returns the middle of the code.
 SheetPoint Place(const std::vector<Structure>& x, const std::vector<Structure>& y, double border_mm,
                  SheetPlan& plan) {
@@ -228,7 +230,7 @@ SheetPoint Place(const std::vector<Structure>& x, const std::vector<Structure>& 
   return OnSheet(layout.code.CellMiddle(0, 0), layout.width_mm, layout.height_mm);
 }
 
-/// The same, arranged for a camera.
+/// Places the structures for a camera.
 SheetPoint PlaceForPhoto(const std::vector<Structure>& x, const std::vector<Structure>& y,
                          double border_mm, SheetPlan& plan) {
   const PhotoLayout layout = ArrangeForPhoto(plan.settings, x, y, border_mm);
@@ -247,7 +249,7 @@ SheetPoint PlaceForPhoto(const std::vector<Structure>& x, const std::vector<Stru
   return OnSheet(layout.code, layout.width_mm, layout.height_mm);
 }
 
-/// The sheet with just so many teeth, whatever it is printed on.
+/// Returns the sheet with exactly this number of teeth, for any paper.
 SheetPlan PlanWithTeeth(const SheetSettings& settings) {
   SheetPlan plan;
   plan.settings = settings;
@@ -256,7 +258,7 @@ SheetPlan PlanWithTeeth(const SheetSettings& settings) {
   }
   const std::vector<Structure> x = ListStructures(settings, Axis::kX);
   const std::vector<Structure> y = ListStructures(settings, Axis::kY);
-  // Cells have half of the gap inside.
+  // Cells include half of the gap.
   const double border_mm = plan.box_insets_mm.back() + settings.structure_gap_mm / 2;
   const SheetPoint code_middle =
       settings.for_photo ? PlaceForPhoto(x, y, border_mm, plan) : Place(x, y, border_mm, plan);
@@ -292,14 +294,14 @@ SheetPlan PlanSheet(const SheetSettings& settings) {
 
 namespace {
 
-/// Which way along its own line a leg runs so that the bed axis that it measures moves by
+/// True if a leg runs upwards on its own line so that the bed axis that it measures moves by
 /// `direction`. With a positive tilt +v moves the bed's x down and +u moves its y up.
 bool TowardsHigherCoordinate(Axis axis, int direction, double tilt_deg) {
   const int sign = tilt_deg > 0 ? direction : -direction;
   return axis == Axis::kX ? sign < 0 : sign > 0;
 }
 
-/// A leg across `axis` at `position_mm`, from `low_mm` to `high_mm` or back.
+/// Returns a leg across `axis` at `position_mm`, from `low_mm` to `high_mm` or back.
 Leg AcrossLeg(Axis axis, double position_mm, double low_mm, double high_mm, bool upwards) {
   const double start_mm = upwards ? low_mm : high_mm;
   const double end_mm = upwards ? high_mm : low_mm;
@@ -358,7 +360,7 @@ std::array<Leg, 2> FingerLegs(const SheetPlan& plan, const Structure& structure,
                    drawn.programmed);
   };
   if (plan.original) {
-    // From the spine into the overlap, and back: the first leg is the lower one of a comb that is
+    // Draws from the spine into the overlap, and back: the first leg is the lower one of a comb
     // stepped up.
     const bool lower_upwards = from_low == (drawn.direction > 0);
     return {leg(-half_mm, lower_upwards), leg(half_mm, !lower_upwards)};
@@ -384,7 +386,7 @@ std::vector<Leg> JoinsOfComb(const SheetPlan& plan, const Structure& structure, 
   for (int finger = 0; finger < settings.teeth; ++finger) {
     const double at_mm = FingerPosition_mm(plan, structure, comb, finger);
     join(at_mm - half_mm, at_mm + half_mm, across_mm + (from_low ? reach_mm : -reach_mm));
-    // On to the next finger; behind the last one it ends in a hook.
+    // Joins to the next finger; after the last one there is a hook.
     join(at_mm + step * half_mm, at_mm + step * (settings.pitch_mm - half_mm),
          across_mm + (from_low ? -spine_mm : spine_mm));
   }

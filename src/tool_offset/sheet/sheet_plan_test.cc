@@ -47,7 +47,7 @@ TEST(SheetPlan, EveryLegMovesTheBedAxisThatItMeasuresInTheCombsDirection) {
   }
 }
 
-/// Where play of 60 µm in x and 40 µm in y moves a leg, along the axis that it measures.
+/// Computes a leg's shift by backlash of 60 µm in x and 40 µm in y, along the axis it measures.
 double ShiftByPlay_mm(const Leg& leg, Axis axis, double tilt_deg) {
   const Point start = OnBed(leg.start, tilt_deg);
   const Point end = OnBed(leg.end, tilt_deg);

@@ -23,8 +23,8 @@ namespace {
 
 constexpr std::array<double, 6> kPeriods_mm{2, 0.8, 0.64, 0.4, 0.32, 0.2};
 
-/// Of one motor: how far it moves per mm along the measured direction, and how far the measured
-/// point moves per mm of the motor.
+/// Gain of one motor: its travel per mm along the measured direction, and the measured point's
+/// travel per mm of the motor.
 struct Motor {
   double travel = 0;
   double share = 0;
@@ -34,11 +34,11 @@ std::array<Motor, 4> Motors(double tilt_deg) {
   const double tilt_rad = std::abs(tilt_deg) * std::numbers::pi / 180;
   const double x = std::cos(tilt_rad);
   const double y = std::sin(tilt_rad);
-  // CoreXY: each belt moves by x ± y, and half of its error goes into either axis.
+  // CoreXY: each belt moves by x ± y, and half of its error affects either axis.
   return {{{x, x}, {y, y}, {x + y, (x + y) / 2}, {std::abs(x - y), std::abs(x - y) / 2}}};
 }
 
-/// How far apart a motor's error puts the means of both combs, per amplitude.
+/// Computes the difference between the means of both combs by a motor's error, per amplitude.
 double CombDifference(double step_cycles, int teeth) {
   using std::numbers::pi;
   std::complex<double> sum = 0;
@@ -82,9 +82,9 @@ namespace {
 
 using Problem = std::optional<settings::SettingProblem>;
 
-/// Play of an axis that has to be taken up before a leg begins: twice what worn belts have.
+/// Backlash of an axis that is taken up before a leg begins: twice that of worn belts.
 constexpr double kMostPlay_mm = 0.2;
-/// White between a finger and the next that a reader needs: 6 px at 300 dpi.
+/// Minimum white between a finger and the next for a reader: 6 px at 300 dpi.
 constexpr double kLeastGap_mm = 0.5;
 
 Problem InSheet(const char* key, std::string message) {
@@ -145,7 +145,7 @@ Problem CheckTools(const SheetSettings& settings) {
 double UpToHundredths(double value) { return std::ceil(value * 100 - 1e-6) / 100; }
 
 Problem CheckCombs(const SheetSettings& settings) {
-  constexpr double kLeastAlone_mm = 1;  // of a leg, where its comb stands alone
+  constexpr double kLeastAlone_mm = 1;  // leg length with only its own comb
   constexpr double kLargestSelfTest_mm = 0.5;
   constexpr double kLeastTilt_deg = 5;
   if (settings.controls % 2 != 0) {
@@ -220,7 +220,7 @@ bool Fits(const SheetSettings& settings) {
   return FitsItsPaper(plan) && SheetReach(settings, plan.width_mm, plan.height_mm) <= 1 + kRounding;
 }
 
-/// The smallest paper that would take the sheet as it is.
+/// Returns the smallest paper that fits the sheet unchanged.
 std::optional<PaperSize> LargerPaper(SheetSettings settings) {
   for (const PaperSize& paper : PaperSizes()) {
     settings.paper = paper.name;
@@ -229,7 +229,7 @@ std::optional<PaperSize> LargerPaper(SheetSettings settings) {
   return std::nullopt;
 }
 
-/// The most tools whose sheet would fit, in words; empty where two do not.
+/// Describes the maximum number of tools whose sheet would fit; empty if two do not.
 std::string FewerTools(SheetSettings settings) {
   while (settings.tools.size() > 2) {
     const bool last_is_reference = settings.tools.back() == settings.reference_tool;
@@ -241,7 +241,7 @@ std::string FewerTools(SheetSettings settings) {
   return {};
 }
 
-/// A sheet that the paper does not take, however few teeth it has.
+/// Reports a sheet that does not fit its paper with any number of teeth.
 Problem CheckFitsPaper(const SheetSettings& settings) {
   const SheetPlan plan = PlanSheet(settings);
   if (FitsItsPaper(plan)) return std::nullopt;
@@ -263,7 +263,7 @@ Problem CheckFitsPaper(const SheetSettings& settings) {
                   remedy));
 }
 
-/// What to leave out so that the sheet fits the bed.
+/// Suggests what to reduce so that the sheet fits the bed.
 std::string Remedy(SheetSettings settings) {
   if (settings.position_x_mm || settings.position_y_mm) {
     settings.position_x_mm.reset();
@@ -333,7 +333,7 @@ Problem CheckUserGcode(const SheetSettings& settings) {
 }  // namespace
 
 std::optional<settings::SettingProblem> FindProblem(const SheetSettings& settings) {
-  // Ranges first: what follows divides and multiplies.
+  // Ranges first: later checks divide and multiply.
   for (auto check : {CheckFields, CheckTools, CheckCombs, CheckPrinter, CheckPaper, CheckFitsPaper,
                      CheckFit, CheckUserGcode}) {
     if (Problem problem = check(settings)) return problem;

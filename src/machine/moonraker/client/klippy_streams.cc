@@ -82,7 +82,7 @@ void KlippyStreams::Subscribe() {
     params["response_template"] = {{"method", streams_[i].method}};
     const json message = {
         {"id", i + 1}, {"method", streams_[i].endpoint}, {"params", std::move(params)}};
-    // What cannot be sent was sent to a link that is down, which is told by itself.
+    // Sending fails only if the link is down, which is reported separately.
     (void)connection_.Send(message.dump(-1, ' ', false, json::error_handler_t::replace));
   }
 }
@@ -101,7 +101,7 @@ void KlippyStreams::OnMessage(std::string_view text) {
   }
   if (Member(*parsed, "id") == nullptr) return;
   if (Member(*parsed, "result") == nullptr) {
-    // Not there yet, after a restart; or never there.
+    // The stream is not available yet, after a restart; or never.
     connection_.Drop(
         {ErrorKind::kMachine, "Klipper refused a stream: " +
                                   TextOr(ObjectOr(*parsed, "error"), "message", "no result")});

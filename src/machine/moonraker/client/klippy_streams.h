@@ -1,5 +1,5 @@
-// Streams of Klipper (moves, forces, taps) over a connection to it of our own, which Moonraker
-// passes through (/klippysocket): they end with it, where those that Moonraker asks for never do.
+// Streams of Klipper (moves, forces, taps) over a separate connection that Moonraker passes through
+// (/klippysocket). They end with it, while streams that Moonraker subscribes to never end.
 #pragma once
 
 #include <condition_variable>
@@ -17,38 +17,38 @@
 
 namespace trammel::machine {
 
-/// One stream to subscribe to.
+/// Stream to subscribe to.
 struct KlippyStream {
   std::string endpoint;   ///< "motion_report/dump_trapq"
   nlohmann::json params;  ///< without the response_template
-  std::string method;     ///< what its batches are called
+  std::string method;     ///< method name of its batches
 };
 
 class KlippyStreams {
  public:
-  /// Called on the connection's own thread: must return quickly.
+  /// Called on the connection's thread: must return quickly.
   using OnBatch = std::function<void(const std::string& method, const nlohmann::json& params,
                                      double received_s)>;
 
-  /// Called once, on the connection's own thread: every stream was subscribed to, or why not.
+  /// Called once, on the connection's thread: every stream was subscribed to, or the error.
   using OnFirst = std::function<void(const std::optional<Error>& failed)>;
 
   /// @param address  Moonraker's, not that of a Unix socket: such a one passes nothing through
   KlippyStreams(MoonrakerAddress address, const MoonrakerOptions& options,
                 std::vector<KlippyStream> streams, OnBatch on_batch, OnFirst on_first = {});
 
-  /// Whether a connection of our own to Klipper may be possible.
+  /// True if a connection of our own to Klipper may be possible.
   [[nodiscard]] static bool MayWork(const MoonrakerAddress& address);
 
-  /// Connects and waits until every stream is subscribed to. Where that fails, nothing comes; where
-  /// it went well once, a lost connection (each restart of Klipper) is taken up again by itself.
-  /// Errors: kMachine, where the server has no such way to Klipper, too; kInterrupted.
+  /// Connects and waits until every stream is subscribed to. After a failure there is no data;
+  /// after one success a lost connection (each restart of Klipper) is restored automatically.
+  /// Errors: kMachine, also if the server has no such route to Klipper; kInterrupted.
   [[nodiscard]] Result<void> Start(const WaitLimit& limit);
 
-  /// The same without waiting; on_first tells.
+  /// Does the same without waiting; on_first reports the result.
   void Begin() { connection_.Connect(); }
 
-  /// Connects anew. Klipper then tells the last half minute where nobody else has the stream.
+  /// Reconnects. Klipper then resends the last half minute, unless another client has the stream.
   void Reopen();
 
  private:
@@ -59,7 +59,7 @@ class KlippyStreams {
   [[nodiscard]] Error NoAnswer(double within_s) const;
 
   const std::vector<KlippyStream> streams_;
-  const double answer_limit_s_;  // of all streams, from the connection on
+  const double answer_limit_s_;  // for all streams, from the connection on
   const OnBatch on_batch_;
   const OnFirst on_first_;
   std::mutex mutex_;

@@ -92,8 +92,8 @@ void Moonraker::OnOpen() {
 void Moonraker::OnIdentified(const RpcAnswer& answer) {
   if (answer.kind == RpcAnswer::Kind::kLost || answer.kind == RpcAnswer::Kind::kNotSent) return;
   if (answer.kind == RpcAnswer::Kind::kError) {
-    // One agent per name: another trammel, or our own lost link that the server still holds. The
-    // refused connection counts as identified, so the next name needs a new one.
+    // One agent per name: it belongs to another trammel, or to our own lost link that the server
+    // still holds. The rejected connection counts as identified, so the next name needs a new one.
     if (options_.other_names && answer.message.find(kTaken) != kNone &&
         agent_number_ < kMaxAgents) {
       ++agent_number_;
@@ -162,7 +162,7 @@ void Moonraker::BecomeUsable(std::function<void()> done) {
       done();
       return;
     }
-    // Why it is not ready is what the user needs to know first.
+    // The user first needs the reason why it is not ready.
     CallLater("printer.info", nullptr, [this, done](const RpcAnswer& answer) {
       if (answer.kind == RpcAnswer::Kind::kResult) {
         SetReadiness(readiness_, TextOr(answer.result, "state_message", readiness_message_));
@@ -221,8 +221,8 @@ void Moonraker::OnDown(const Error& error) {
 
 namespace {
 
-// Puts U+FFFD for escapes of half a surrogate pair. As such the server's Python hands on the bytes
-// of a file's name that are no UTF-8, in every list and message that names the file.
+// Replaces escapes of half a surrogate pair by U+FFFD. The server's Python emits them for bytes of
+// a file name that are no UTF-8, in every list and message with that file.
 std::string WithoutHalfPairs(std::string_view text) {
   constexpr std::size_t kEscape = 6;  // \uXXXX
   const auto code_at = [&](std::size_t at) {
@@ -273,7 +273,7 @@ void Moonraker::OnMessage(std::string_view text) {
 }
 
 void Moonraker::OnRequest(const std::string& method, const json& message, double received_s) {
-  // From another agent or a front end, through the server, which lets it wait for ever.
+  // A request of another agent or a front end, through the server, which sets no time limit.
   const json& id = message["id"];
   const RpcAnswer said = AnswerTo(method, message, received_s);
   json answer = {{"jsonrpc", "2.0"}, {"id", id.is_structured() ? json() : id}};
@@ -282,11 +282,11 @@ void Moonraker::OnRequest(const std::string& method, const json& message, double
   } else {
     answer["error"] = {{"code", said.code}, {"message", said.message}};
   }
-  // A caller that cannot be answered waits on; there is nobody else to tell.
+  // Ignores a failure: the caller continues to wait, and there is no other recipient.
   (void)connection_.Send(answer.dump(-1, ' ', false, json::error_handler_t::replace));
 }
 
-// What is called must not pass for the server's own notifications.
+// A called method must not be mistaken for the server's own notifications.
 RpcAnswer Moonraker::AnswerTo(const std::string& method, const json& message, double received_s) {
   bool ours = false;
   {
@@ -308,7 +308,7 @@ void Moonraker::OnNotification(const std::string& method, const json& message, d
   const json& params = found == message.end() ? kNone : *found;
   if (method == "notify_klippy_ready") {
     SetReadiness(PrinterReadiness::kReady, "");
-    // Where asking found it first, everything is subscribed to in this session of Klipper already.
+    // If polling found it ready first, this session of Klipper already has all subscriptions.
     if (!std::exchange(found_ready_, false)) BecomeUsable([this] { FinishStart(std::nullopt); });
   } else if (method == "notify_klippy_shutdown") {
     SetReadiness(PrinterReadiness::kShutdown,
@@ -420,7 +420,7 @@ Error Moonraker::ToError(const std::string& method, const RpcAnswer& answer) con
         options_.api_key.empty() ? "it wants an API key" : "the API key is wrong");
   } else if (answer.code == kNotFound && method.starts_with("printer.") &&
              readiness_ == PrinterReadiness::kDisconnected) {
-    // Moonraker knows the printer's calls only from Klipper, once that was there.
+    // Moonraker learns the printer's methods only from a Klipper that has connected once.
     text = fmt::format(
         "{} failed: Klipper has not come to {} since that was started; start Klipper, or look at "
         "klippy.log",

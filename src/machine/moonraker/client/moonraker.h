@@ -1,5 +1,5 @@
-// A conversation with Moonraker: JSON-RPC calls, notifications, who we are, staying connected.
-// Knows readiness; what a printer's objects mean is MoonrakerPrinter's.
+// Session with Moonraker: JSON-RPC calls, notifications, identification, reconnection. Tracks
+// readiness; MoonrakerPrinter interprets a printer's objects.
 #pragma once
 
 #include <condition_variable>
@@ -20,16 +20,17 @@
 
 namespace trammel::machine {
 
-/// All called on the connection's own thread, without a lock held.
+/// All called on the connection's thread, without a lock.
 struct MoonrakerHooks {
-  /// The printer's objects can be asked for now, and no subscription is alive: after connecting,
-  /// reconnecting and each restart of the firmware. Call `done` once subscribed.
+  /// Called when the printer's objects can be queried and no subscription is active: after
+  /// connecting, reconnecting and each restart of the firmware. Call `done` once subscribed.
   std::function<void(std::function<void()> done)> on_usable;
   std::function<void(const std::string& method, const nlohmann::json& params, double received_s)>
       on_notification;
-  /// Also when the link is lost (kDisconnected). The message is the firmware's or the link's.
+  /// Also called when the link is lost (kDisconnected). The message is the firmware's or the
+  /// link's.
   std::function<void(PrinterReadiness readiness, const std::string& message)> on_readiness;
-  /// Requests of other clients that are no remote method's; empty: all are unknown (−32601).
+  /// Handles other clients' requests that are no remote method's; empty: all are unknown (−32601).
   RequestHandler on_request = {};
 };
 
@@ -40,38 +41,38 @@ class Moonraker {
   Moonraker(const Moonraker&) = delete;
   Moonraker& operator=(const Moonraker&) = delete;
 
-  /// Connects, identifies, and waits for the first on_usable's `done` where the firmware can be
-  /// asked. Once only; from then on lost links are taken up again by themselves.
+  /// Connects, identifies, and waits for the first on_usable's `done` if the firmware can be
+  /// queried. Call once; afterwards lost links are restored automatically.
   [[nodiscard]] Result<void> Start(const WaitLimit& limit);
 
-  /// One call. `params` null: none. Fails with kMachine and names the method. `on_answer` comes
-  /// first, on the connection's thread and before anything that was received after the answer;
-  /// also where the wait ended without it.
+  /// Makes one call. `params` null: none. Fails with kMachine and names the method. Calls
+  /// `on_answer` first, on the connection's thread and before anything received after the answer;
+  /// also if the wait ended without it.
   [[nodiscard]] Result<nlohmann::json> Call(const std::string& method, nlohmann::json params,
                                             const WaitLimit& limit,
                                             std::function<void(const RpcAnswer&)> on_answer = {});
-  /// The same without waiting; `done` comes on the connection's thread, or at once where the call
-  /// could not be sent.
+  /// Makes a call without waiting; `done` is called on the connection's thread, or at once if the
+  /// call could not be sent.
   void CallLater(const std::string& method, nlohmann::json params,
                  std::function<void(RpcAnswer)> done);
-  /// The error that an answer amounts to, in words.
+  /// Converts an error answer to an error with a message.
   [[nodiscard]] Error ToError(const std::string& method, const RpcAnswer& answer) const;
 
-  /// Registers now and again after each reconnect. Calls of it come as notifications; a caller
+  /// Registers a method now and after each reconnect. Its calls arrive as notifications; a caller
   /// that waits for an answer gets "ok" once on_notification returned.
   [[nodiscard]] Result<void> RegisterRemoteMethod(const std::string& name, const WaitLimit& limit);
 
-  /// Tells all other clients of the server, as an agent's event; where the link is down, nobody.
-  /// @param event  its name; not "connected" nor "disconnected", which are the server's.
+  /// Broadcasts an agent's event to all other clients of the server; lost while the link is down.
+  /// @param event  its name; not "connected" or "disconnected", which are the server's.
   void SendEvent(const std::string& event, nlohmann::json data);
 
   void RunAfter(double delay_s, std::function<void()> function);
-  /// Throws Bug on the connection's own thread, where waiting would wait for itself.
+  /// Throws Bug on the connection's thread, where waiting would deadlock.
   void CheckMayWait() const;
 
   [[nodiscard]] const MessageLog& log() const { return connection_.log(); }
   [[nodiscard]] const MoonrakerAddress& address() const { return connection_.address(); }
-  /// The conversation's end as the end of an error message.
+  /// Returns the last messages as the end of an error message.
   [[nodiscard]] std::string LastMessages() const;
 
  private:
@@ -94,14 +95,14 @@ class Moonraker {
   const MoonrakerOptions options_;
   const MoonrakerHooks hooks_;
 
-  // Touched on the connection's thread only.
+  // Used on the connection's thread only.
   PrinterReadiness readiness_ = PrinterReadiness::kDisconnected;
   std::string readiness_message_;
   int agent_number_ = 1;
   double pause_s_ = 0;
   std::uint64_t link_number_ = 0;
   bool polling_ = false;
-  bool found_ready_ = false;  ///< by asking, and the notification of it is still to come
+  bool found_ready_ = false;  ///< true if a query showed ready before the notification
   bool link_up_ = false;
 
   mutable std::mutex mutex_;

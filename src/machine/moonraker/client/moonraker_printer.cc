@@ -33,7 +33,7 @@ std::vector<std::string> ObjectNames(const json& answer) {
   return names;
 }
 
-/// A header or URL must not be split by what a setting holds.
+/// Checks that a setting's content cannot split a header or URL.
 Result<void> CheckPrintable(std::string_view what, const std::string& text) {
   const bool fine =
       std::all_of(text.begin(), text.end(), [](unsigned char c) { return c > 0x20 && c < 0x7F; });
@@ -94,7 +94,7 @@ MoonrakerPrinter::~MoonrakerPrinter() {
     const std::lock_guard lock(mutex_);
     stream = std::move(move_stream_);
   }
-  // Ends here, without the mutex, for which its thread may wait.
+  // Destroyed here, without the mutex, for which its thread may wait.
 }
 
 void MoonrakerPrinter::OnUsable(std::function<void()> done) {
@@ -134,7 +134,7 @@ void MoonrakerPrinter::Subscribe(const std::vector<std::string>& objects,
                            AddClockSample(sent_s, answer.received_s, status, eventtime_s_);
                            status_ = json::object();
                            MergeStatus(status_, status, wanted_);
-                           // Klipper may have been restarted while the link was down.
+                           // Klipper may have restarted while the link was down.
                            const auto print_s =
                                Number(ObjectOr(status_, "toolhead"), "estimated_print_time");
                            if (print_s && moves_.Reaches(*print_s + kFarAhead_s)) moves_.Clear();
@@ -152,10 +152,10 @@ void MoonrakerPrinter::OnReadiness(PrinterReadiness readiness, const std::string
   readiness_message_ = message;
   if (readiness != PrinterReadiness::kReady) {
     for (const std::shared_ptr<Script>& script : scripts_) {
-      // A script whose answer was lost with the link goes on: it is not the firmware that left it.
+      // A script whose answer was lost with the link continues: the firmware did not abort it.
       const bool unheard = script->answer && script->answer->kind == RpcAnswer::Kind::kLost;
       if (script->broke.empty() && !unheard) {
-        // The cause; what to do about it goes on in further lines.
+        // Keeps only the cause; the remedy is in further lines.
         script->broke = fmt::format("the printer went to '{}'{}{}", ToString(readiness),
                                     message.empty() ? "" : ": ", FirstLine(message));
       }
@@ -253,8 +253,8 @@ Result<void> MoonrakerPrinter::Refresh(const WaitLimit& limit) {
   }
   const double sent_s = HostNow();
   const auto take = [this, sent_s](const RpcAnswer& answer) {
-    // Put in on this thread, in the order of arrival: later, it would undo the updates that came
-    // after it, and the printer tells no change twice.
+    // Merged on this thread, in the order of arrival: later, it would undo newer updates, and the
+    // printer sends no change twice.
     if (answer.kind != RpcAnswer::Kind::kResult) return;
     const json& status = ObjectOr(answer.result, "status");
     const std::lock_guard lock(mutex_);
@@ -318,7 +318,7 @@ Result<std::unique_ptr<Printer>> ConnectToMoonraker(const MoonrakerOptions& opti
 
 namespace {
 
-constexpr double kLongestLead_s = 0.5;  // of a query, where the next update seems far away
+constexpr double kLongestLead_s = 0.5;  // of a query, if the next update seems far off
 
 }  // namespace
 

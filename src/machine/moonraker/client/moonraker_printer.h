@@ -1,4 +1,4 @@
-// A printer behind Moonraker (Klipper's web server).
+// Printer behind Moonraker (Klipper's web server).
 #pragma once
 
 #include <algorithm>
@@ -25,8 +25,8 @@
 
 namespace trammel::machine {
 
-/// Whether this may be a moment on one of the printer's clocks, which begin at a start of its host
-/// or its firmware.
+/// True if this may be a time on one of the printer's clocks, which start with its host or its
+/// firmware.
 [[nodiscard]] inline bool IsTime(double time_s) { return time_s >= -1e3 && time_s <= 1e10; }
 
 class MoonrakerPrinter : public Printer {
@@ -73,25 +73,25 @@ class MoonrakerPrinter : public Printer {
                                            const WaitLimit& limit) override;
 
  private:
-  /// Where the server moves files, and what it is told of us there.
+  /// Server for file transfers, and our options for it.
   struct WebServer {
     MoonrakerAddress address;
     MoonrakerOptions options;
   };
   /// Errors: the connection is a Unix socket, and no address is set beside it.
   Result<WebServer> WebPlace(const WaitLimit& limit);
-  /// Uploads into one of the server's folders of files.
+  /// Uploads into one of the server's file roots.
   Result<void> Store(std::string_view root, const std::string& name, std::string_view data,
                      const WaitLimit& limit);
-  /// A script on its way.
+  /// Script that was sent and not yet answered.
   struct Script {
     ScriptWatch watch;
     std::optional<RpcAnswer> answer;
-    std::string broke;  ///< why the printer left "ready" meanwhile
+    std::string broke;  ///< why the printer is no longer "ready"
     bool abandoned = false;
   };
 
-  // On the connection's thread.
+  // Called on the connection's thread:
   void OnUsable(std::function<void()> done);
   void Subscribe(const std::vector<std::string>& objects, std::function<void()> done);
   void OnNotification(const std::string& method, const nlohmann::json& params, double received_s);
@@ -101,37 +101,37 @@ class MoonrakerPrinter : public Printer {
   void OnReadiness(PrinterReadiness readiness, const std::string& message);
   void SampleClockBeforeNextUpdate();
   void AskForMoves();
-  /// Over a connection to Klipper of our own, where the server has a way to it.
+  /// Streams moves over a separate connection to Klipper, if the server has a route to it.
   [[nodiscard]] Result<void> StreamMoves(const WaitLimit& limit);
-  // With the lock.
-  /// Whether the head moved and no batch told of it: they are to be asked for.
+  // REQUIRE the lock:
+  /// True if the head moved and no batch reported it: the moves must be requested.
   [[nodiscard]] bool MovesAreMissing();
   void TakeMoves(const nlohmann::json& batch);
-  /// Where the link, or Klipper, is a new one.
-  /// @param moves_ended  its print time, too
+  /// Resets the reception for a new link or Klipper.
+  /// @param moves_ended  the print time is new, too: clears the moves
   void BeginHearing(bool moves_ended);
 
-  /// Waits until `ready` holds (called with the lock) or the limit; true where it holds.
+  /// Waits until `ready` is true (called with the lock) or the limit; returns `ready`.
   template <class Predicate>
   bool WaitFor(std::unique_lock<std::mutex>& lock, const WaitLimit& limit, Predicate ready) const {
     return changed_.wait_for(lock, limit.stop, std::chrono::duration<double>(limit.time_limit_s),
                              ready);
   }
-  /// What is left of a limit after a while.
+  /// Returns the remainder of a limit.
   static WaitLimit Rest(const WaitLimit& limit, double since_s) {
     return {std::max(0.001, limit.time_limit_s - (HostNow() - since_s)), limit.stop};
   }
   [[nodiscard]] PrinterState StateLocked() const;
-  /// Why what the printer last told cannot be believed. REQUIRES the lock.
+  /// Returns why the printer's last report is implausible. REQUIRES the lock.
   [[nodiscard]] std::optional<Error> StatusFault() const;
-  /// Asks for everything that is subscribed, or only for a sign of life where there is nothing.
+  /// Queries all subscribed objects, or pings if there are none.
   [[nodiscard]] Result<void> Refresh(const WaitLimit& limit);
   void AddClockSample(std::optional<double> sent_s, double received_s, const nlohmann::json& status,
                       double eventtime_s);
-  /// Waits for the script's end; the error says whether it still runs.
+  /// Waits for the script's end; the error tells if it still runs.
   [[nodiscard]] Result<void> AwaitScript(const std::shared_ptr<Script>& script,
                                          const WaitLimit& limit);
-  /// What the answer and the messages amount to. REQUIRES an answer.
+  /// Evaluates the answer and the messages. REQUIRES an answer.
   [[nodiscard]] Result<void> JudgeScript(const std::shared_ptr<Script>& script);
   [[nodiscard]] tl::unexpected<Error> ScriptError(const std::string& text) const;
   [[nodiscard]] Error WaitError(std::string_view what, const WaitLimit& limit) const;
@@ -153,7 +153,7 @@ class MoonrakerPrinter : public Printer {
   std::map<std::string, std::function<void(const nlohmann::json&)>> remote_methods_;
   RequestHandler on_request_;
   PrintClock clock_;
-  /// Whether moves come by themselves, since the link or Klipper began.
+  /// Unrequested moves, since the link or Klipper began.
   struct Hearing {
     bool asked = false;
     bool heard = false;
@@ -169,17 +169,17 @@ class MoonrakerPrinter : public Printer {
   bool clock_query_out_ = false;  ///< one is on its way
 
   Moonraker moonraker_;  // its thread uses all the rest
-  /// Last, as its thread uses all the rest, too. Absent where moves come through Moonraker, whose
-  /// thread looks at it under the mutex.
+  /// Declared last, since its thread uses all other members. Absent if moves come through
+  /// Moonraker, whose thread reads it under the mutex.
   std::shared_ptr<KlippyStreams> move_stream_;
 };
 
-/// Connects, identifies, subscribes and stays connected: reconnects with growing pauses (0.5 …
-/// 10 s), and subscribes again after each restart of the firmware.
-/// Succeeds when the server lets us in, whether or not the firmware is ready (see LastState and
-/// WaitUntilReady). Fails with kInput for an address or option that makes no sense, and with
-/// kMachine, each with its own remedy, for: name not found, refused, no answer, not a Moonraker,
-/// TLS, not authorised.
+/// Connects, identifies, subscribes and stays connected: reconnects with growing pauses (0.5 … 10
+/// s), and subscribes again after each restart of the firmware.
+/// Succeeds when the server accepts us, even if the firmware is not ready (see LastState and
+/// WaitUntilReady). Fails with kInput for an invalid address or option, and with kMachine, each
+/// with its own remedy, for: name not found, refused, no answer, not a Moonraker, TLS, not
+/// authorised.
 [[nodiscard]] Result<std::unique_ptr<Printer>> ConnectToMoonraker(const MoonrakerOptions& options,
                                                                   const WaitLimit& limit);
 

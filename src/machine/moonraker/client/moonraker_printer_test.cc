@@ -46,7 +46,7 @@ TEST_F(MoonrakerPrinterTest, WaitsForAStateAndNamesItWhenItDoesNotCome) {
   const auto hot = [](const PrinterState& state) {
     return state.heaters.at("extruder").temperature_c > 200;
   };
-  constexpr double kRest_s = 0.0999999812;  // of a limit, counted by a clock
+  constexpr double kRest_s = 0.0999999812;  // remaining time of a limit, by a clock
   Result<PrinterState> state =
       printer_->WaitUntil(hot, "the nozzle to reach 200 °C", {.time_limit_s = kRest_s});
   ASSERT_FALSE(state);
@@ -107,7 +107,7 @@ TEST_F(MoonrakerPrinterTest, AFilesNameThatIsNoUtf8CostsItsBytesAlone) {
   std::promise<json> said;
   ASSERT_TRUE(printer_->RegisterRemoteMethod(
       "call", [&](const json& params) { said.set_value(params); }, kPatience));
-  // As Python's JSON has it. Pairs and other escapes stay, and what is no escape does, too.
+  // Python's JSON: lone surrogates become U+FFFD; pairs, other escapes and other text stay.
   server_.PushBytes(R"({"jsonrpc":"2.0","method":"call","params":)"
                     R"(["// \udcff\udc80.jpg \ud83d\ude00 \\\\udcff \ud83d.\u00e4"]})");
   EXPECT_EQ(said.get_future().get(),
@@ -297,7 +297,7 @@ TEST_F(MoonrakerPrinterTest, RelatesTheClocksFromMessages) {
           ResultFor(request, {{"eventtime", eventtime_s()}, {"status", toolhead()}})};
     });
   }
-  // What was said on connecting is of other clocks; after a restart they begin anew.
+  // Samples from the connection's start belong to other clocks; after a restart they begin anew.
   server_.Push(Notification("notify_klippy_ready"));
   EXPECT_FALSE(server_.WaitForRequest("printer.objects.subscribe", 2).is_null());
   for (int i = 0; i < 20; ++i) {

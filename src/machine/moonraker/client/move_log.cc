@@ -13,8 +13,8 @@ using nlohmann::json;
 
 namespace {
 
-constexpr std::size_t kNumbers = 4;  // in front of the two vectors of a row
-constexpr double kLargest = 1e10;    // of them: time, duration, velocity, acceleration
+constexpr std::size_t kNumbers = 4;  // before the two vectors of a row
+constexpr double kLargest = 1e10;    // limit of time, duration, velocity, acceleration
 constexpr double kFarthestMove_mm = 1e6;
 
 bool ReadVector(const json& list, std::array<double, 3>& into) {

@@ -21,28 +21,28 @@ constexpr double kDrift = 1.5e-4;
 constexpr double kSlack_s = 3e-4;
 constexpr double kUnknown_s = 1000;   // ± where the samples leave one side open
 constexpr double kRoughest_s = 0.01;  // error of a reading that still is one
-constexpr double kSlowest = 0.05;     // of a server whose time is not ours
+constexpr double kSlowest = 0.05;     // rate for a server with another clock
 constexpr double kFastest = 200;
 constexpr std::size_t kUpdates = 100;
 constexpr std::size_t kUpdatesForPeriod = 12;
 constexpr double kOtherRate = 0.1;   // more than jitter makes of a rate of 1
-constexpr int kNarrowestSteps = 60;  // of a ternary search: the window to the last bit
+constexpr int kNarrowestSteps = 60;  // ternary search: narrows the window to the last bit
 
-/// A line of the set: b = offset + rate · a, both relative to the newest sample.
+/// Line of the set: b = offset + rate · a, both relative to the newest sample.
 struct Line {
   double offset_s = 0;
   double rate = 0;
 };
 using Polygon = std::vector<Line>;
 
-/// One sample of one clock: b was read between a_from and a_to.
+/// Sample of one clock: b was read between a_from and a_to.
 struct Reading {
   std::optional<double> a_from_s;
   double a_to_s = 0;
   double b_s = 0;
 };
 
-/// Keeps the part of a convex polygon where sign · (offset + rate · a − b) <= 0.
+/// Returns the part of a convex polygon where sign · (offset + rate · a − b) <= 0.
 Polygon Clip(const Polygon& polygon, double a_s, double b_s, double sign) {
   Polygon kept;
   const auto excess = [&](const Line& line) {
@@ -63,7 +63,8 @@ Polygon Clip(const Polygon& polygon, double a_s, double b_s, double sign) {
   return kept;
 }
 
-/// All lines with a rate in [slowest, fastest] that agree with the readings; empty where none does.
+/// Returns all lines with a rate in [slowest, fastest] that agree with the readings; empty if none
+/// does.
 Polygon Agreeing(const std::vector<Reading>& readings, double slowest, double fastest,
                  double slack_s) {
   const double a0_s = readings.back().a_to_s;
@@ -91,7 +92,7 @@ struct Extent {
   [[nodiscard]] double Half() const { return 0.5 * (hi - lo); }
 };
 
-/// Where the lines of the set are at a.
+/// Computes the extent of the set's lines at a.
 Extent At(const Polygon& polygon, double a_s) {
   Extent extent;
   for (const Line& line : polygon) extent.Add(line.offset_s + line.rate * a_s);
@@ -101,7 +102,7 @@ Extent At(const Polygon& polygon, double a_s) {
 ClockLine Middle(const Polygon& polygon, const std::vector<Reading>& readings) {
   Extent rates;
   for (const Line& line : polygon) rates.Add(line.rate);
-  // The width over a is convex: search for its narrowest place among the readings.
+  // The width over a is convex: find its minimum among the readings.
   double lo_s = readings.front().a_to_s - readings.back().a_to_s;
   double hi_s = 0;
   for (int step = 0; step < kNarrowestSteps; ++step) {
@@ -124,10 +125,10 @@ ClockLine Middle(const Polygon& polygon, const std::vector<Reading>& readings) {
   return line;
 }
 
-/// The lines that agree with readings that may be rough: a busy server tells a print time that is
-/// older than its message. Where lines agree only beyond half of the usual slack, the error lies on
-/// one side: the true line may ask for all that the best one shares between both, and for as much
-/// as the fastest message hides. Four times the best line's slack keeps the set around the true
+/// Returns the lines that agree with imprecise readings: a busy server reports a print time older
+/// than its message. If lines agree only beyond half of the usual slack, the error is one-sided:
+/// the true line may need all the slack that the best one shares between both sides, plus the delay
+/// of the fastest message. Four times the best line's slack ensures that the set contains the true
 /// one.
 Polygon AgreeingRoughly(const std::vector<Reading>& readings, double slowest, double fastest) {
   if (!Agreeing(readings, slowest, fastest, 0.5 * kSlack_s).empty()) {
@@ -141,7 +142,7 @@ Polygon AgreeingRoughly(const std::vector<Reading>& readings, double slowest, do
   return {};
 }
 
-/// REQUIRES at least one reading. Forgets from the oldest on until some line agrees.
+/// REQUIRES at least one reading. Discards readings, oldest first, until some line agrees.
 ClockLine Fit(std::vector<Reading> readings) {
   for (;;) {
     for (const double off : {kDrift, 10 * kDrift}) {
@@ -185,7 +186,7 @@ std::optional<double> PrintClock::NextUpdate() const {
     return (updates.front()->eventtime_s - updates[back]->eventtime_s) /
            std::max(1e-3, updates.front()->received_s - updates[back]->received_s);
   };
-  // A rate that is measured, not known, errs the more the further back it is used.
+  // The error of a measured rate grows with the time back.
   double rate = 1;
   std::size_t used = updates.size();
   if (std::abs(speed(updates.size() - 1) - 1) > kOtherRate) {

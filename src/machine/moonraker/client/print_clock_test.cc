@@ -14,8 +14,8 @@ namespace {
 
 /// A server whose clocks are known, and a network that delays each message on its own.
 struct World {
-  double event_rate = 1;  ///< of the server's clock against ours
-  double print_rate = 1;  ///< of the print time against the server's clock
+  double event_rate = 1;  ///< server's clock relative to ours
+  double print_rate = 1;  ///< print time relative to the server's clock
   double least_delay_s = 5e-4;
   double jitter_s = 0.05;            ///< uniform, on top, per message and direction
   double reading_jitter_s = 1.2e-4;  ///< standard deviation of a print time; cut at twice that
@@ -27,8 +27,8 @@ struct World {
   }
 };
 
-/// What a client hears and adds to the clock: a status every 0.25 s or a little later, and after
-/// every other one a query, which is answered together with the next status that it arrives before.
+/// Messages that a client receives and adds to the clock: a status every 0.25 s or a little later.
+/// A query after every other one is answered with the next status after its arrival.
 class Listener {
  public:
   Listener(const World& world, Random& random, PrintClock& clock)
@@ -124,9 +124,9 @@ TEST(PrintClock, TruthIsWithinTheBoundAndTheBoundIsSmallDespite50MsOfJitter) {
 TEST(PrintClock, RoughReadingsWidenTheBoundInsteadOfEscapingIt) {
   // A server that is kept from its processor between reading one clock and the other.
   constexpr int kWorlds = 40;
-  // What the fastest message hides cannot be told: its delay, and by how much its reading was old.
-  // Of 240 messages with delays of up to 1 ms and readings up to 4 ms old, the least sum is about
-  // sqrt(2 * 1 ms * 4 ms / 240).
+  // The fastest message's own delay and its reading's age are unobservable. For 240 messages with
+  // delays of up to 1 ms and readings up to 4 ms old: their least sum is about sqrt(2 * 1 ms * 4 ms
+  // / 240).
   constexpr double kLeastLate_s = 2e-4;
   double worst_bound_s = 0;
   for (const double late_s : {0.001, 0.002, 0.004}) {

@@ -1,4 +1,4 @@
-// The calls of MoonrakerPrinter that wait: scripts, states, webcams.
+// Blocking calls of MoonrakerPrinter: scripts, states, webcams.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -59,8 +59,8 @@ Result<void> MoonrakerPrinter::Run(std::string_view script, const WaitLimit& lim
                        });
   Result<void> result = AwaitScript(running, limit);
   if (result) {
-    // A complaint is told over another path inside Moonraker than the answer, and may be overtaken
-    // by it; one more question and answer lets it catch up.
+    // Inside Moonraker a complaint takes another path than the answer, which may overtake it; one
+    // more request and answer lets it catch up.
     const Result<json> fence = moonraker_.Call("server.info", nullptr, Rest(limit, began_s));
     result = fence ? JudgeScript(running) : tl::unexpected(fence.error());
   }
@@ -102,7 +102,7 @@ Result<void> MoonrakerPrinter::AwaitScript(const std::shared_ptr<Script>& script
       "it is still running on the printer: wait for it, or stop it with an emergency stop";
   if (!verdict.empty()) return ScriptError(fmt::format("{}, and {}", verdict, kStillRuns));
   if (limit.stop.stop_requested()) {
-    // Whoever brings the printer back waits behind it: no case for an emergency stop.
+    // The restoration of the printer waits for the script: no reason for an emergency stop.
     return Fail(fmt::format("stopped while the printer ran {}, which it runs to its end", name),
                 ErrorKind::kInterrupted);
   }
@@ -167,11 +167,11 @@ Result<PrinterState> MoonrakerPrinter::WaitUntil(
     const std::function<bool(const PrinterState&)>& done, std::string_view what,
     const WaitLimit& limit) {
   const double began_s = HostNow();
-  // What is known may be older than the caller's last command.
+  // The known state may be older than the caller's last command.
   TRY(Refresh(limit));
   std::unique_lock lock(mutex_);
   for (;;) {
-    // Counted together with the state, so that no update falls between looking and waiting.
+    // Counted together with the state, so that no update is missed between check and wait.
     const std::uint64_t seen = updates_;
     if (auto fault = StatusFault()) return tl::unexpected(*std::move(fault));
     PrinterState state = StateLocked();

@@ -1,4 +1,4 @@
-// Files of MoonrakerPrinter: uploads and downloads over HTTP, which alone moves files, and prints.
+// File methods of MoonrakerPrinter: uploads and downloads, only possible over HTTP, and prints.
 #include <fmt/format.h>
 #include <openssl/evp.h>
 
@@ -25,10 +25,10 @@ using nlohmann::json;
 
 namespace {
 
-/// What a request came to, where the server answered.
+/// Answer of the server to a request.
 struct FileAnswer {
   int status = 0;      ///< HTTP; 201: stored, 200: here it is
-  std::string server;  ///< its Server header
+  std::string server;  ///< Server header
   std::string body;
 };
 
@@ -43,7 +43,7 @@ std::string Sha256(std::string_view data) {
   return text;
 }
 
-/// A boundary that the file does not contain: its own checksum.
+/// Returns the body; the boundary, which the file must not contain, is its own checksum.
 std::string MultipartBody(const std::string& boundary, std::string_view root,
                           const std::string& name, std::string_view data,
                           const std::string& checksum) {
@@ -68,8 +68,8 @@ std::string MultipartBody(const std::string& boundary, std::string_view root,
 }
 
 /// Sends a request to /server/files of an address that is no Unix socket's.
-/// Errors: kMachine, where no answer came; kInput, where it is larger; kInterrupted.
-/// @param more  lines of the head
+/// Errors: kMachine: no answer; kInput: too large; kInterrupted.
+/// @param more  header lines
 Result<FileAnswer> Send(const char* verb, const std::string& path, const std::string& more,
                         std::string_view body, const MoonrakerAddress& address,
                         const MoonrakerOptions& options, std::size_t most_bytes,
@@ -102,7 +102,7 @@ Result<FileAnswer> Send(const char* verb, const std::string& path, const std::st
   return told;
 }
 
-/// A path in which every byte but letters, digits and -._~/ is escaped.
+/// Returns a path with all bytes escaped but letters, digits and -._~/.
 std::string Escaped(std::string_view path) {
   constexpr std::string_view kPlain =
       "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789-._~/";
@@ -117,7 +117,7 @@ std::string Escaped(std::string_view path) {
   return text;
 }
 
-/// A name that stays within the printable files and needs no escaping in a form.
+/// Checks that a name remains within the printable files and needs no escaping in a form.
 Result<void> CheckFileName(const std::string& name) {
   const bool plain = std::all_of(name.begin(), name.end(), [](unsigned char c) {
     return c >= 0x20 && c != 0x7F && c != '"' && c != '\\';
@@ -153,7 +153,7 @@ Result<MoonrakerPrinter::WebServer> MoonrakerPrinter::WebPlace(const WaitLimit& 
   }
   web.address = http;
   if (web.options.api_key.empty()) {
-    // The socket is trusted and may know the key; without one the server has to trust localhost.
+    // The socket is trusted and may return the key; without one the server must trust localhost.
     const Result<json> key = moonraker_.Call("access.get_api_key", nullptr, limit);
     if (key && key->is_string()) web.options.api_key = key->get<std::string>();
   }

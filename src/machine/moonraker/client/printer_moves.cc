@@ -1,7 +1,7 @@
-// MoonrakerPrinter's moves: over a connection to Klipper of our own, with which they end. Where the
-// server lets none through (an older one, a proxy, a Unix socket), a subscription belongs to its
-// own connection and ends only with that: it goes by the same name in every run, for the next run
-// to hear, and is asked for once in a session of Klipper.
+// Moves of MoonrakerPrinter: over a separate connection to Klipper, with which they end. If the
+// server supports none (an older one, a proxy, a Unix socket), a subscription belongs to the
+// server's own connection and ends only with that. It then has the same name in every run, so that
+// the next run receives it, and is requested once in a session of Klipper.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -21,7 +21,7 @@ constexpr double kBatch_s = 0.5;       // Klipper tells moves in batches of so m
 constexpr double kAfterMoves_s = 1.0;  // a batch later, and its way
 constexpr double kFirstBatch_s = 2.0;  // a motion that is not told by then is told to nobody
 constexpr int kMostNames = 9;
-constexpr const char* kMovesMethod = "moves";  // of batches over a connection of our own
+constexpr const char* kMovesMethod = "moves";  // batches over our own connection
 
 constexpr double kOwnConnection_s = 5;  // before one through Moonraker is taken instead
 
@@ -46,7 +46,7 @@ Result<void> MoonrakerPrinter::RecordMoves(const WaitLimit& limit) {
   if (const Result<void> streamed = StreamMoves(limit); streamed || Stopped(limit)) return streamed;
   const std::string name = options_.client_name + "_moves";
   for (int number = 1;; ++number) {
-    // Another trammel on the same printer has the name; its subscription would be ended for it.
+    // Another trammel on the same printer has the name; its subscription would end.
     const std::string method = number == 1 ? name : fmt::format("{}_{}", name, number);
     const Result<void> registered = moonraker_.RegisterRemoteMethod(method, limit);
     if (registered) {
@@ -99,7 +99,7 @@ void MoonrakerPrinter::AskForMoves() {
     const std::lock_guard lock(mutex_);
     params = {{"name", "toolhead"}, {"response_template", {{"method", moves_method_}}}};
   }
-  // Where it is refused no batch comes, which Moves() says.
+  // If the request is refused no batch arrives, which Moves() reports.
   moonraker_.CallLater("printer.motion_report.dump_trapq", std::move(params),
                        [](const RpcAnswer&) {});
 }
@@ -151,7 +151,8 @@ Result<std::vector<TrapezoidMove>> MoonrakerPrinter::Moves(double from_print_tim
   }
   std::vector<TrapezoidMove> found = moves_.Overlapping(from_print_time_s, to_print_time_s);
   if (!found.empty()) return found;
-  // A batch got lost, or nobody subscribed: asked once more, Klipper tells the last half minute.
+  // A batch was lost, or there is no subscription: on a new request Klipper resends the last half
+  // minute.
   const std::uint64_t batches = hearing_.batches;
   const double asked_print_s = PrintNow(status_);
   hearing_.asked = true;

@@ -55,7 +55,7 @@ TEST_F(MoonrakerMovesTest, KeepsTheMovesThatAreTold) {
 TEST_F(MoonrakerMovesTest, MovesThatComeByThemselvesAreNotSubscribedToOnceMore) {
   Connect();
   ASSERT_TRUE(printer_->RecordMoves(kPatience));
-  server_.Push(Batch(json::array({Row(104)})));  // of a subscription that an earlier run left
+  server_.Push(Batch(json::array({Row(104)})));  // from an earlier run's subscription
   MoveFrom(3050);
   EXPECT_EQ(server_.CountRequests(kDump), 0);
   ASSERT_TRUE(printer_->RecordMoves(kPatience));

@@ -34,7 +34,7 @@ TEST(RpcCalls, EveryCallEndsWithItsLinkAndNoneTwice) {
   const auto unsent = calls.Begin("a", nullptr, ends.Note());
   calls.NotSent(unsent.id, "there is no link");
   calls.NotSent(unsent.id, "there is no link");
-  // What one call's end begins anew waits for the next link.
+  // A call begun in another call's callback waits for the next link.
   (void)calls.Begin("b", nullptr, [&](const RpcAnswer& answer) {
     ends.answers.push_back(answer);
     (void)calls.Begin("c", nullptr, ends.Note());
@@ -106,7 +106,7 @@ TEST(MoonrakerStatus, PressureAdvanceIsOfEveryMotorThatPushesFilament) {
       {"toolhead", {{"extruder", "extruder2"}}},
       {"extruder", {{"pressure_advance", 0.02}, {"smooth_time", 0.04}, {"motion_queue", nullptr}}},
       {"extruder1", {{"pressure_advance", 0.05}, {"motion_queue", "extruder"}}},
-      {"extruder2", {{"temperature", 20.0}}},  // its filament is pushed by the motor below
+      {"extruder2", {{"temperature", 20.0}}},  // fed by the motor below
       {"extruder_stepper belted", {{"pressure_advance", 0.03}, {"motion_queue", "extruder2"}}},
       {"extruder_stepper spare", {{"pressure_advance", 0.0}, {"motion_queue", nullptr}}}};
   const PrinterState state = ReadStatus(status);

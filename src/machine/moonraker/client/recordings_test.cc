@@ -19,7 +19,7 @@ using test::ScriptedMoonraker;
 using ::testing::HasSubstr;
 
 struct Recorded {
-  bool out = false;  ///< by the recorder's client
+  bool out = false;  ///< true if sent by the client
   json message;
 };
 
@@ -109,7 +109,7 @@ TEST_F(MoonrakerRecordings, RecordedScriptsGetTheVerdictThatTheServerMeant) {
         !request.contains("params")) {
       continue;
     }
-    // What came in between the request and its answer, and the answer.
+    // Collects the messages between the request and its answer, and the answer.
     std::vector<json> replies;
     std::string wanted;
     for (std::size_t k = i + 1; k < conversation.size(); ++k) {

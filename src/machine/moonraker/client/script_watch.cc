@@ -16,7 +16,7 @@ struct Line {
   std::string_view text;
 };
 
-/// The lines that hold a command, without comments.
+/// Returns the lines with a command, without comments.
 std::vector<Line> LinesOf(std::string_view script) {
   std::vector<Line> lines;
   for (int number = 1; !script.empty(); ++number) {
@@ -105,7 +105,7 @@ void ScriptWatch::OnUnknownCommand(std::string_view name) {
   if (!unknown_.empty() || name.empty()) return;
   const std::string upper = FirstWord(name);
   for (const Line& line : LinesOf(script_)) {
-    // A line that the firmware cannot split is quoted from its beginning.
+    // A line that the firmware cannot parse is quoted from its beginning.
     if (FirstWord(line.text) == upper || UpperCase(line.text).starts_with(upper)) {
       unknown_ = fmt::format(
           "the printer does not know '{}' (line {}, '{}') and went on without it; add the macro to "

@@ -1,4 +1,4 @@
-// Whether a G-code script went well, from what the printer said while it ran.
+// Outcome of a G-code script, from the printer's messages while it ran.
 #pragma once
 
 #include <optional>
@@ -9,27 +9,28 @@
 
 namespace trammel::machine {
 
-/// The commands (first words, upper case, without comments) of a script, in order.
+/// Returns the commands (first words, upper case, without comments) of a script, in order.
 [[nodiscard]] std::vector<std::string> CommandsOf(std::string_view script);
 
-/// The script's line that a complaint is about, as "line 3, 'G1 X999'", or what the script is where
-/// the complaint does not tell: "one of its 12 lines, from 'G90' to 'M400'".
+/// Returns the script's line that a complaint concerns, as "line 3, 'G1 X999'", or a description of
+/// the script if that is unclear: "one of its 12 lines, from 'G90' to 'M400'".
 [[nodiscard]] std::string BlamedLine(std::string_view script, std::string_view complaint);
 
-/// Follows one script that the printer is running. The firmware answers "ok" to unknown commands
-/// and only mentions them; it runs one script at a time, so that a complaint that comes while ours
-/// runs is taken for ours unless it is certainly somebody else's.
+/// Follows one running script of the printer. The firmware answers "ok" to unknown commands and
+/// only mentions them. It runs one script at a time, so that a complaint meanwhile is attributed to
+/// ours unless it is certainly another's.
 class ScriptWatch {
  public:
   /// @param macros  names of the printer's macros, upper case; absent: not known
   ScriptWatch(std::string script, std::optional<std::set<std::string>> macros);
 
-  /// A line of notify_gcode_response.
+  /// Takes a line of notify_gcode_response.
   void OnResponse(std::string_view response);
 
-  /// A `!!` came: an error answer follows at once, unless a macro only reported an error.
+  /// True if a `!!` arrived: an error answer follows at once, unless a macro only reported an
+  /// error.
   [[nodiscard]] bool complained() const { return !complaint_.empty(); }
-  /// Empty where nothing is wrong; otherwise what the printer said, on which line, and what to do.
+  /// Returns the printer's message, the line and the remedy; empty if there was no fault.
   [[nodiscard]] std::string Verdict() const;
   [[nodiscard]] const std::string& script() const { return script_; }
 

@@ -28,8 +28,8 @@ bool IsHeater(std::string_view object) {
   return IsExtruder(object) || object == "heater_bed" || object.starts_with("heater_generic ");
 }
 
-// What no printer goes beyond, generously: a value outside is the server's fault, and must not come
-// near a machine.
+// Generous limits of any printer: a value outside is the server's fault, and must not reach a
+// machine.
 struct Range {
   double lo = 0;
   double hi = 0;
@@ -40,24 +40,24 @@ constexpr Range kSpeed_mm_s{0, 1e5};
 constexpr Range kAcceleration_mm_s2{0, 1e8};
 constexpr Range kFactor{0, 1e4};
 constexpr Range kRatio{0, 1};
-constexpr Range kTime_s{0, 100};  // of pressure advance and its smoothing
+constexpr Range kTime_s{0, 100};  // pressure advance and its smoothing
 constexpr Range kTemperature_c{-300, 5000};
 constexpr Range kTarget_c{0, 2000};
 constexpr std::size_t kMostHeaters = 100;
-constexpr std::size_t kMostMotors = 100;  // that push filament
+constexpr std::size_t kMostMotors = 100;  // extruder motors
 constexpr std::size_t kMostDevices = kMostHeaters + kMostMotors + 1;
 constexpr std::size_t kLongestName = 100;
 constexpr std::size_t kLongestText = 2000;
 constexpr std::size_t kLongestList = 2000;
 
-/// A name that may stand in G-code.
+/// True if a name is safe in G-code.
 bool IsPlainName(std::string_view name) {
   return name.size() <= kLongestName && std::all_of(name.begin(), name.end(), [](unsigned char c) {
            return c >= 0x20 && c != 0x7F;
          });
 }
 
-/// Reads fields of known objects; what is out of bounds reads as absent, and the first is noted.
+/// Reads fields of known objects; values out of bounds read as absent, and the first is recorded.
 class Reader {
  public:
   explicit Reader(const json& known) : known_(known) {}
@@ -78,7 +78,7 @@ class Reader {
     return Utf8OrReplaced(TextOr(Object(object), field, ""), kLongestText);
   }
 
-  /// A text that may stand in G-code.
+  /// Returns a text that is safe in G-code.
   std::string Name(const std::string& object, const char* field) {
     std::string name = TextOr(Object(object), field, "");
     if (IsPlainName(name)) return name;
@@ -87,8 +87,8 @@ class Reader {
     return "";
   }
 
-  /// As many numbers as there are, up to N; all as before where they are no list of numbers. The
-  /// fourth is a length of filament.
+  /// Reads as many numbers as there are, up to N; changes nothing if the value is no list of
+  /// numbers. The fourth is a length of filament.
   template <std::size_t N>
   void List(const std::string& object, const char* field, std::array<double, N>& into) {
     const json* list = Member(Object(object), field);
@@ -102,7 +102,7 @@ class Reader {
     into = numbers;
   }
 
-  /// Whether there is room for one more of a kind.
+  /// True if one more of a kind is allowed.
   bool Room(const char* kind, std::size_t count, std::size_t most) {
     if (count < most) return true;
     Fault(fmt::format("it tells of more than {} {}", most, kind));
@@ -163,7 +163,7 @@ void ReadHeater(Reader& reader, const std::string& name, PrinterState& state) {
   heater.target_c = target_c;
 }
 
-// Klipper reports no queue (null) for an extruder's own motor until that was synchronised with
+// Klipper reports no queue (null) for an extruder's own motor until it was synchronised with
 // another's.
 void ReadPressureAdvance(Reader& reader, const std::string& name, PrinterState& state) {
   const auto advance_s = reader.Within(name, "pressure_advance", kTime_s);
@@ -191,8 +191,8 @@ void ReadDevices(const json& known, Reader& reader, PrinterState& state) {
   }
 }
 
-/// Whether a field's value is of a size that a printer's fields have.
-/// @param left  values and characters that the whole field may still hold
+/// True if a field's value has a plausible size for a printer's fields.
+/// @param left  values and characters that the whole field may still contain
 bool IsSmall(const json& value, std::size_t& left, int levels = 3) {
   const std::size_t cost = 1 + (value.is_string() ? value.get_ref<const std::string&>().size() : 0);
   if (cost > left) return false;

@@ -1,4 +1,4 @@
-// From the status objects of Klipper to a PrinterState.
+// Conversion of Klipper's status objects to a PrinterState.
 #pragma once
 
 #include <nlohmann/json_fwd.hpp>
@@ -16,18 +16,18 @@ namespace trammel::machine {
 /// @param available  the answer of printer.objects.list: names of the printer's objects
 [[nodiscard]] nlohmann::json WantedObjects(const std::vector<std::string>& available);
 
-/// Puts the changed fields of an update over what is known: of those that were asked for, whatever
-/// else the server sends. A value far larger than any printer's counts as null.
+/// Merges an update's changed fields into the known status: only requested fields. A value far
+/// larger than any printer's counts as null.
 /// @param wanted  of WantedObjects
 void MergeStatus(nlohmann::json& known, const nlohmann::json& update, const nlohmann::json& wanted);
 
-/// Of Klipper's word for its state; kDisconnected for any other.
+/// Converts Klipper's name of its state; kDisconnected for any other.
 [[nodiscard]] PrinterReadiness ReadinessOf(std::string_view state);
 
-/// Reads what is known; fields that are missing, of a wrong type or out of bounds stay at their
-/// defaults. readiness and message come from `webhooks` and are kDisconnected without it.
-/// @param fault  where not null: the first value that no printer has, by field and value, or "".
-///               A state with a fault is not to be used for anything but showing it.
+/// Reads the known status; fields that are missing, of a wrong type or out of bounds have their
+/// defaults. readiness and message come from `webhooks`; kDisconnected without it.
+/// @param fault  if not null: the first impossible value, by field and value, or "".
+///               A state with a fault may only be displayed.
 [[nodiscard]] PrinterState ReadStatus(const nlohmann::json& known, std::string* fault = nullptr);
 
 }  // namespace trammel::machine

@@ -21,7 +21,7 @@ namespace asio = boost::asio;
 
 namespace {
 
-/// A printer that hangs must not hold up a program that ends; a busy computer is given time.
+/// A hanging printer must not delay the program's end; a busy computer needs time.
 constexpr std::chrono::milliseconds kLastWords{2000};
 
 }  // namespace
@@ -41,8 +41,8 @@ struct MoonrakerConnection::State {
     }
   }
 
-  /// Waits until all that was given to Send has left and the peer has read it, or nothing moves for
-  /// so long. No event comes any more. REQUIRES another thread than the link's.
+  /// Waits until all texts passed to Send are sent and read by the peer, or there is no progress
+  /// for so long. No more events follow. REQUIRES another thread than the link's.
   void Finish(std::chrono::milliseconds most) {
     ending = true;
     FlushFor(most);
@@ -59,7 +59,7 @@ struct MoonrakerConnection::State {
     }
   }
 
-  /// Waits until all that was given to Send has left, or nothing of it does for so long.
+  /// Waits until all texts passed to Send are sent, or there is no progress for so long.
   void FlushFor(std::chrono::milliseconds most) const {
     using Clock = std::chrono::steady_clock;
     std::size_t left = queued_bytes;
@@ -71,10 +71,10 @@ struct MoonrakerConnection::State {
     }
   }
 
-  /// Handles events until the context is stopped. A handler that throws ends the link, as a peer
-  /// that breaks off would, and not the process.
+  /// Handles events until the context is stopped. An exception in a handler ends the link, like a
+  /// peer that disconnects, and not the process.
   void Serve() {
-    RaiseThisThread(ThreadUrgency::kWorking);  // its questions bracket the printer's clock
+    RaiseThisThread(ThreadUrgency::kWorking);  // its queries bracket the printer's clock
     while (const std::optional<std::string> bug = NoteBug([this] { io.run(); })) {
       if (!link) continue;
       asio::post(io, [this, bug] {
@@ -119,7 +119,7 @@ struct MoonrakerConnection::State {
   std::atomic<bool> up = false;
   std::atomic<bool> ending = false;
   std::atomic<std::size_t> queued_bytes = 0;  ///< given to Send and not yet written or dropped
-  // Touched on the I/O thread only.
+  // Used on the I/O thread only.
   std::shared_ptr<MoonrakerLink> link;
   std::size_t link_bytes = 0;  ///< those of queued_bytes that the link has
   std::thread thread;

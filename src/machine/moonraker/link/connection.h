@@ -1,4 +1,4 @@
-// The wire to a Moonraker: texts out, texts in, on a thread of its own. Knows nothing of JSON-RPC.
+// Connection to a Moonraker: sends and receives texts on its own thread. Independent of JSON-RPC.
 #pragma once
 
 #include <cstddef>
@@ -13,37 +13,37 @@
 
 namespace trammel::machine {
 
-/// All called on the connection's own thread, never two at a time. They must not block.
+/// All called on the connection's thread, one at a time. They must not block.
 struct ConnectionEvents {
   std::function<void()> on_open;
   std::function<void(std::string_view)> on_message;
   std::function<void(Error)> on_down;  ///< an attempt failed or the link broke; Connect() again
 };
 
-/// Owns one I/O thread, joined by the destructor, after which no event comes any more. What was
-/// given to Send before still leaves, unless the peer reads nothing for two seconds: a last word
-/// may be an emergency stop. (A lookup of a name that hangs holds the destructor up until the
-/// system gives up on it.)
+/// Owns one I/O thread, joined by the destructor, after which there are no more events. Texts
+/// passed to Send earlier are still sent, unless the peer reads nothing for two seconds: the last
+/// one may be an emergency stop. (A name lookup that hangs blocks the destructor until the system
+/// aborts it.)
 class MoonrakerConnection {
  public:
-  /// REQUIRES options for which ParseMoonrakerAddress gave this address.
+  /// REQUIRES options for which ParseMoonrakerAddress returned this address.
   MoonrakerConnection(MoonrakerAddress address, MoonrakerOptions options, ConnectionEvents events);
   ~MoonrakerConnection();
   MoonrakerConnection(const MoonrakerConnection&) = delete;
   MoonrakerConnection& operator=(const MoonrakerConnection&) = delete;
 
-  /// Starts one attempt, which ends in on_open or on_down. Drops a link that is still there.
+  /// Starts one attempt, which ends in on_open or on_down. Drops an existing link.
   void Connect();
 
-  /// Ends the link as if it had broken: on_down follows with this error. For a peer that talks
-  /// nonsense.
+  /// Ends the link as if it had broken: on_down follows with this error. For a peer that violates
+  /// the protocol.
   void Drop(Error error);
 
   /// Queues one text; thread-safe. Fails where the link is down, or where more than
   /// kMostMessageBytes wait for a peer that does not read.
   [[nodiscard]] Result<void> Send(std::string message);
 
-  /// Runs a function on the connection's thread after a while (0: soon); thread-safe. Dropped when
+  /// Runs a function on the connection's thread after a delay (0: soon); thread-safe. Dropped when
   /// the connection is destroyed.
   void RunAfter(double delay_s, std::function<void()> function);
 

@@ -26,7 +26,7 @@ namespace beast = boost::beast;
 namespace websocket = beast::websocket;
 using boost::system::error_code;
 
-/// What both kinds of link share: the queue of messages, and an end that is told once.
+/// Base of both kinds of link: queue of messages, and a single report of the end.
 class QueuedLink : public MoonrakerLink, public std::enable_shared_from_this<QueuedLink> {
  protected:
   QueuedLink(MoonrakerAddress address, MoonrakerOptions options, LinkEvents events)
@@ -61,7 +61,7 @@ class QueuedLink : public MoonrakerLink, public std::enable_shared_from_this<Que
   }
   void Down(std::string message) { Down(Error{ErrorKind::kMachine, std::move(message)}); }
 
-  /// A completion handler: an error ends the link for the reason that `why` states.
+  /// Returns a completion handler: an error ends the link with the reason from `why`.
   template <class Why, class Then>
   auto Step(Why why, Then then) {
     return [self = shared_from_this(), this, why, then](error_code error, auto... result) {
@@ -130,7 +130,7 @@ class UnixLink : public QueuedLink {
                                 }));
   }
 
-  /// Hands on the messages that are whole now; false where the link is down after that.
+  /// Passes on the complete messages; false if the link is down afterwards.
   bool Take(std::string_view bytes) {
     while (!bytes.empty()) {
       const std::size_t end = bytes.find(kEndOfMessage);
@@ -168,7 +168,7 @@ class UnixLink : public QueuedLink {
   std::string incoming_;
 };
 
-// A peer that has been silent for this long, pings included, is gone (cable pulled, computer off).
+// Timeout of a peer without data, pings included (cable pulled, computer off).
 constexpr std::chrono::seconds kSilence{15};
 
 class WebSocketLink : public QueuedLink {

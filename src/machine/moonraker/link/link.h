@@ -1,5 +1,5 @@
-// One connection to a Moonraker, from its opening to its end. Lives on the thread that runs the
-// io_context; connection.h is the thread-safe face of it.
+// One connection to a Moonraker, from its opening to its end. Used on the thread of the io_context;
+// connection.h is its thread-safe interface.
 #pragma once
 
 #include <cstddef>
@@ -21,7 +21,7 @@ namespace trammel::machine {
 struct LinkEvents {
   std::function<void()> on_open;
   std::function<void(std::string_view)> on_message;  ///< one whole JSON text, not yet checked
-  /// At most once, and nothing after it. Not after Close().
+  /// Called at most once, as the last event; not after Close().
   std::function<void(Error)> on_down;
   std::function<void(std::size_t)> on_written;  ///< bytes of a message that has left
 };
@@ -30,17 +30,17 @@ class MoonrakerLink {
  public:
   virtual ~MoonrakerLink() = default;
   virtual void Open() = 0;
-  /// Queues one JSON text. REQUIRES on_open before.
+  /// Queues one JSON text. REQUIRES an earlier on_open.
   virtual void Write(std::string message) = 0;
-  /// Says that no more will be written, and reads on until the peer has ended its side: on_down
-  /// then. A socket that is closed with something unread takes back what the peer has not read.
-  /// REQUIRES on_open before, and all written.
+  /// Closes the sending side and reads until the peer closes its side: on_down then. Closing a
+  /// socket with unread data would discard what the peer has not read. REQUIRES an earlier on_open,
+  /// and all written.
   virtual void Finish() = 0;
-  /// Ends it without a further event.
+  /// Closes without a further event.
   virtual void Close() = 0;
 };
 
-/// Over a WebSocket, or, to a unix: address, with JSON texts that end in byte 0x03.
+/// Uses a WebSocket or, for a unix: address, JSON texts that end in byte 0x03.
 [[nodiscard]] std::shared_ptr<MoonrakerLink> MakeLink(boost::asio::io_context& io,
                                                       const MoonrakerAddress& address,
                                                       const MoonrakerOptions& options,

@@ -26,7 +26,7 @@ RpcAnswer RpcAnswer::Refused(int code, std::string message) {
 }
 
 RpcAnswer RpcAnswer::UnknownMethod(const std::string& method) {
-  constexpr std::size_t kMostQuoted = 80;  // of a name that came from outside
+  constexpr std::size_t kMostQuoted = 80;  // characters of an external name
   return Refused(kUnknownMethod,
                  "trammel has no method '" + Utf8OrReplaced(method, kMostQuoted) + "'");
 }
@@ -41,7 +41,7 @@ RpcCalls::Message RpcCalls::Begin(const std::string& method, json params, Done d
     waiting_.emplace(id, std::move(done));
   }
   message["id"] = id;
-  // Scripts come from files too: a byte that is not UTF-8 becomes a replacement character.
+  // Scripts also come from files: a byte that is not UTF-8 becomes a replacement character.
   return {id, message.dump(-1, ' ', false, json::error_handler_t::replace)};
 }
 
@@ -65,7 +65,7 @@ void RpcCalls::TakeAnswer(json message, double received_s) {
     answer.kind = RpcAnswer::Kind::kError;
     answer.code = static_cast<int>(std::clamp(NumberOr(words, "code", 0), -1e6, 1e6));
     answer.message = TextOr(words, "message", "an answer with neither a result nor an error");
-    // An agent's own error, of server.extensions.request.
+    // Agent's own error, of server.extensions.request.
     const std::string own = TextOr(ObjectOr(words, "data"), "message", "");
     if (!own.empty()) answer.message += ": " + own;
   }
@@ -93,7 +93,7 @@ namespace {
 
 constexpr std::size_t kMaxCharacters = 300;
 
-/// Replaces the text values of members called `name` by dots.
+/// Replaces the text values of members with this name by dots.
 void BlotOut(std::string& message, std::string_view name) {
   const std::string key = '"' + std::string(name) + '"';
   for (std::size_t at = message.find(key); at != std::string::npos; at = message.find(key, at)) {
@@ -106,7 +106,7 @@ void BlotOut(std::string& message, std::string_view name) {
   }
 }
 
-/// One line of printable text that ends at a whole UTF-8 character.
+/// Returns one line of printable text that ends at a whole UTF-8 character.
 std::string Readable(std::string_view message) {
   std::string text(message.substr(0, kMaxCharacters));
   if (text.size() < message.size()) {
@@ -124,7 +124,7 @@ std::string Readable(std::string_view message) {
 }  // namespace
 
 void MessageLog::Add(MessageDirection direction, std::string_view message) {
-  // Secrets stand early in short messages of ours; long ones are cut before they are searched.
+  // Secrets are near the beginning of our short messages; long ones are cut before the search.
   std::string text(message.substr(0, 4 * kMaxCharacters));
   // A text as a result is a key or a token: access.get_api_key, access.oneshot_token.
   const bool plain_answer = text.find("\"result\":\"ok\"") != std::string::npos;

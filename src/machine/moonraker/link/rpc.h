@@ -1,4 +1,4 @@
-// Calls over JSON-RPC that wait for their answers, and the last messages of a conversation.
+// Calls over JSON-RPC that wait for their answers, and the last messages exchanged.
 #pragma once
 
 #include <cstddef>
@@ -14,17 +14,17 @@
 
 namespace trammel::machine {
 
-/// JSON-RPC's code of an error: there is no such method.
+/// JSON-RPC's error code of an unknown method.
 inline constexpr int kUnknownMethod = -32601;
 
-/// What came back for one call.
+/// Answer to one call.
 struct RpcAnswer {
-  /// kLost: the link broke before the answer came. kNotSent: there was none to begin with.
+  /// kLost: the link broke before the answer. kNotSent: there was no link.
   enum class Kind { kResult, kError, kLost, kNotSent };
   Kind kind = Kind::kResult;
-  nlohmann::json result;     ///< with kResult
-  int code = 0;              ///< with kError: JSON-RPC's or HTTP's
-  std::string message = {};  ///< with kError: the server's words; otherwise how the link broke
+  nlohmann::json result;     ///< kResult only
+  int code = 0;              ///< kError only: code of JSON-RPC or HTTP
+  std::string message = {};  ///< kError: server's message; otherwise why the connection broke
   double received_s = 0;     ///< host time
 
   [[nodiscard]] static RpcAnswer Failed(Kind kind, std::string why);
@@ -32,33 +32,33 @@ struct RpcAnswer {
   [[nodiscard]] static RpcAnswer UnknownMethod(const std::string& method);
 };
 
-/// Answers a request that another client made of us: kResult or kError, at once. A null result
-/// would pass for an error.
+/// Answers another client's request: kResult or kError, at once. A null result would count as an
+/// error.
 using RequestHandler =
     std::function<RpcAnswer(const std::string& method, const nlohmann::json& params)>;
 
-/// Numbers calls and gives each its answer, once. Of any thread; no lock is held in a `done`.
+/// Numbers calls and passes each its answer, once. Thread-safe; no lock is held during `done`.
 class RpcCalls {
  public:
   using Done = std::function<void(RpcAnswer)>;
-  /// What to send for a call.
+  /// Message that makes a call.
   struct Message {
     std::int64_t id = 0;
     std::string text;
   };
 
-  /// Notes a call. `params` null: none.
+  /// Registers a call. `params` null: none.
   [[nodiscard]] Message Begin(const std::string& method, nlohmann::json params, Done done);
-  /// Hands a result or an error to the call that it answers. An answer to nobody is left out: the
-  /// link's log has it.
+  /// Passes a result or an error to its call. An answer without a call is dropped; the link's log
+  /// has it.
   void TakeAnswer(nlohmann::json message, double received_s);
-  /// Ends a call whose message could not be sent, unless it has ended already.
+  /// Ends a call whose message could not be sent, unless it has already ended.
   void NotSent(std::int64_t id, const std::string& why);
-  /// Ends all, with the link that their answers would have come over.
+  /// Ends all calls, after the link broke.
   void Lose(const std::string& why);
 
  private:
-  /// The call's, which then waits no more; empty where none does.
+  /// Removes the call and returns its callback; empty if there is none.
   [[nodiscard]] Done Take(std::int64_t id);
 
   std::mutex mutex_;
@@ -68,8 +68,8 @@ class RpcCalls {
 
 enum class MessageDirection { kIn, kOut };
 
-/// Keeps the last messages in both directions, cut to a readable length, API keys and tokens
-/// blotted out. Thread-safe.
+/// Stores the last messages in both directions, cut to a readable length, without API keys and
+/// tokens. Thread-safe.
 class MessageLog {
  public:
   /// @param capacity  messages kept, >= 1
@@ -80,8 +80,8 @@ class MessageLog {
   /// "> …" for what we sent, "< …" for what came in, oldest first.
   [[nodiscard]] std::vector<std::string> All() const;
 
-  /// The last `count` that are not status updates, indented, each on a line of its own; for the
-  /// end of an error message. "" where there are none.
+  /// Returns the last `count` messages except status updates, indented, one a line, for the end of
+  /// an error message. "" if there are none.
   [[nodiscard]] std::string Excerpt(std::size_t count) const;
 
  private:

@@ -13,19 +13,19 @@ namespace {
 
 using nlohmann::json;
 
-constexpr double kAlongZ = 0.99;    // of a direction, to count as along z
+constexpr double kAlongZ = 0.99;    // minimum z component of a direction along z
 constexpr double kGap_s = 1e-3;     // moves of one rise follow each other without more
 constexpr double kMostRise_mm = 1;  // more is a lift, or what homing does
 constexpr double kLeastRise_mm = 0.005;
 constexpr double kLongestHalt_s = 5;  // between descent and rise
-constexpr double kBefore_s = 3;       // of the descent that is kept
+constexpr double kBefore_s = 3;       // recorded part of the descent
 constexpr double kAfter_s = 0.25;     // of the rest after the rise that is kept
 /// dump_trapq sends every 0.5 s, so a move that begins now is known by then.
 constexpr double kMovesLate_s = 0.6;
 constexpr double kMovesSilent_s = 3;
 constexpr double kKept_s = 60;
 constexpr double kMostTime_s = 1e9;  // print time counts from the board's start
-/// Forces that go back by more were counted by a clock that began anew.
+/// Forces that step back by more come from a restarted clock.
 constexpr double kLongestRepeat_s = 2;
 constexpr std::size_t kMostSamples = 200'000;
 constexpr std::size_t kMostMoves = 20'000;
@@ -78,7 +78,7 @@ void TapBuilder::Insert(const TrapezoidMove& move) {
   auto at = std::upper_bound(
       moves_.begin(), moves_.end(), move.print_time_s,
       [](double time_s, const TrapezoidMove& known) { return time_s < known.print_time_s; });
-  // A marker may stand at the very time at which a move begins.
+  // A marker may have the same time as the beginning of a move.
   const bool marker = move.duration_s == 0;
   for (auto known = at; known != moves_.begin();) {
     --known;
@@ -112,7 +112,7 @@ bool TapBuilder::FindRise(std::size_t from, Found& found) const {
            moves_[end].print_time_s - End(moves_[end - 1]) < kGap_s) {
       rise_mm += Rise(moves_[end++]);
     }
-    // Markers without duration stand between the descent and the rise.
+    // Markers of zero duration are between the descent and the rise.
     std::size_t down = i;
     while (down > 0 && moves_[down - 1].duration_s == 0) --down;
     const bool descended = down > 0 && moves_[down - 1].direction[2] < -kAlongZ &&
@@ -134,7 +134,7 @@ bool TapBuilder::Complete(const Found& found, double& until_s) const {
   until_s = end_s + kAfter_s;
   const bool more_known = found.end < moves_.size();
   if (more_known) until_s = std::max(end_s, std::min(until_s, moves_[found.end].print_time_s));
-  // The rise may go on in a batch that is still to come.
+  // The rise may continue in the next batch.
   return samples_.back().time_s >= (more_known ? until_s : end_s + kMovesLate_s);
 }
 
@@ -214,8 +214,8 @@ void TapIntake::TakeTap(const json& params, double received_s) {
   const json* tap = Member(params, "tap");
   if (tap == nullptr) return;
   const json* moves = Member(*tap, "moves");
-  // Klipper itself sends no moves, and as soon as the nozzle has stopped: such a tap goes on with
-  // the rise and is built of its streams.
+  // Klipper itself sends taps without moves, as soon as the nozzle has stopped: such a tap is
+  // completed by the rise and built from its streams.
   const bool whole = moves != nullptr && moves->is_array() && !moves->empty();
   source_ = whole ? Source::kPrinter : Source::kBuilder;
   if (whole) held_.clear();
@@ -238,7 +238,7 @@ void TapIntake::HandOnBuilt(double received_s) {
   for (json& tap : builder_.Take()) {
     if (source_ != Source::kPrinter) held_.push_back(std::move(tap));
   }
-  // Before the first word of dump_taps the printer may be one that tells this tap itself.
+  // Before dump_taps' first message the printer may be one that sends this tap itself.
   constexpr double kToldWithin_s = 1;
   if (held_.empty() ||
       (source_ == Source::kUnknown &&
@@ -257,7 +257,7 @@ void TapIntake::TakeStatus(const json& status, double received_s, bool first) {
   const json& probe = ObjectOr(status, "probe");
   if (first) by_position_ = !probe.contains("last_z_result");
   std::optional<double> z_mm = Number(probe, "last_z_result");
-  // Klipper removes it in favour of the place on the bed, which is less the probe's offset.
+  // Klipper replaces it by the position on the bed, which has the probe's offset subtracted.
   const json* const place = by_position_ ? Member(probe, "last_probe_position") : nullptr;
   constexpr std::size_t kZ = 2;
   if (place != nullptr && place->is_array() && place->size() > kZ && (*place)[kZ].is_number()) {
@@ -279,11 +279,11 @@ void TapIntake::TakeSettings(const json& status) {
 
 void TapIntake::TakeLine(const std::string& line, double received_s) {
   if (const auto result = ProbeResult(line)) {
-    // The status and older firmware tell where the nozzle was triggered.
+    // The status and older firmware report the nozzle's trigger position.
     const double z_mm = result->less_offset ? result->z_mm + z_offset_mm_ : result->z_mm;
     events_.on_firmware_z(z_mm, received_s);
   }
-  // Klipper calls a script with an unknown command a success, and only says it here.
+  // Klipper reports success for a script with an unknown command, and mentions it only here.
   const std::size_t name = line.find("TRAMMEL_TAP");
   if (line.find("Unknown command:\"TRAMMEL_TAP") != std::string::npos) {
     Tell("the printer does not know " + line.substr(name, line.find('"', name) - name) +

@@ -1,4 +1,4 @@
-// What a printer's messages report of taps, whatever link they came over.
+// Taps in a printer's messages, independent of the link.
 #pragma once
 
 #include <cstddef>
@@ -14,24 +14,24 @@
 
 namespace trammel::machine {
 
-/// Looks for a descent along z, a halt, and a rise of at most 1 mm, and cuts out the samples around
-/// them. What comes a second time is dropped; a move that comes again with another length was cut
-/// short, and replaces the first. Not thread-safe.
+/// Finds a descent along z, a halt, and a rise of at most 1 mm, and cuts out the samples around
+/// them. Drops repeated data; a repeated move with another length replaces the first, which was cut
+/// short. Not thread-safe.
 class TapBuilder {
  public:
-  /// One batch of load_cell/dump_force: "data" with [time, force, …] rows. Others are skipped.
+  /// Adds a batch of load_cell/dump_force: "data" with [time, force, …] rows. Skips other rows.
   void AddForces(const nlohmann::json& batch);
-  /// One batch of motion_report/dump_trapq (MoveLog::Add).
+  /// Adds a batch of motion_report/dump_trapq (MoveLog::Add).
   void AddMoves(const nlohmann::json& batch);
-  /// What is kept belongs to another time: the firmware was restarted.
+  /// Discards all data from before a restart of the firmware.
   void Reset();
 
-  /// The taps that are complete, each once, in the shape of load_cell_probe/dump_taps: "time",
-  /// "force" and "moves"; "x_rise_print_time_s" is when the rise began.
+  /// Returns the complete taps, each once, in the format of load_cell_probe/dump_taps: "time",
+  /// "force" and "moves"; "x_rise_print_time_s" is the start of the rise.
   [[nodiscard]] std::vector<nlohmann::json> Take();
-  /// Print time of the newest force; -infinity where none came.
+  /// Returns the print time of the newest force; -infinity if there is none.
   [[nodiscard]] double forces_until_s() const;
-  /// Forces come and moves have not for a while. True of a printer that stands still, too.
+  /// True if forces arrive but moves have not for a while; also for a printer at rest.
   [[nodiscard]] bool MovesStayAway() const;
 
  private:
@@ -39,7 +39,7 @@ class TapBuilder {
     double time_s = 0;
     double force_g = 0;
   };
-  /// A rise, and the descent before it, as indices of moves_.
+  /// Rise, and the descent before it, as indices of moves_.
   struct Found {
     std::size_t first = 0;
     std::size_t rise = 0;
@@ -56,17 +56,17 @@ class TapBuilder {
   double taken_until_s_ = -1e300;
 };
 
-/// A load cell by the name that requests want.
+/// Name of a load cell in requests.
 struct LoadCellName {
   std::string name;
   bool probe = false;  ///< It has dump_taps, too.
 };
 
-/// The first load cell among the printer's objects, a probe before any other. "load_cell_probe" is
-/// called so in requests, "load_cell_probe left" by its last word.
+/// Finds the first load cell among the printer's objects, a probe before any other. Requests name
+/// "load_cell_probe" in full, "load_cell_probe left" by its last word.
 [[nodiscard]] std::optional<LoadCellName> FirstLoadCell(const nlohmann::json& objects);
 
-/// Turns messages into events. Of one thread, but for temperature().
+/// Converts messages to events. Single-threaded, except temperature().
 class TapIntake {
  public:
   explicit TapIntake(TapStreamEvents events) : events_(std::move(events)) {}
@@ -79,20 +79,20 @@ class TapIntake {
   void TakeLine(const std::string& line, double received_s);
   void TakeCall(const nlohmann::json& arguments, double received_s) const;
   void Tell(const std::string& news) const { events_.on_news(news); }
-  /// Print time begins anew.
+  /// Resets after print time restarted.
   void Restart();
-  /// The printer has dump_taps, which tells with the first tap whether it sends whole ones.
+  /// Notes that the printer has dump_taps; the first tap shows if it sends complete ones.
   void ExpectTaps() { source_ = Source::kUnknown; }
-  /// A macro has just moved, and nothing was told of it: the moves have to be asked for again. True
+  /// True if a macro has just moved without a report: the moves must be subscribed to again. True
   /// once for each restart.
   [[nodiscard]] bool MissesMoves();
-  /// Z offset of the probe's settings.
+  /// Reads the Z offset from the probe's settings.
   void TakeSettings(const nlohmann::json& status);
 
   [[nodiscard]] std::optional<double> temperature_c() const;
 
  private:
-  /// Who puts the taps together.
+  /// Assembler of the taps.
   enum class Source { kUnknown, kPrinter, kBuilder };
   void HandOnBuilt(double received_s);
 

@@ -23,7 +23,7 @@ namespace {
 using nlohmann::json;
 
 constexpr double kListen_s = 1.5;  // forces come ten times a second
-constexpr int kMostTries = 5;      // of one stream, in one session of Klipper
+constexpr int kMostTries = 5;      // per stream and Klipper session
 
 class MoonrakerTaps : public TapStream {
  public:
@@ -89,8 +89,8 @@ class MoonrakerTaps : public TapStream {
     return error.message.find("already registered") != std::string::npos;
   }
 
-  /// By the same names in every run, as a subscription through Moonraker outlives us: the next run
-  /// hears it. Another trammel that runs has them; ours then end in a number.
+  /// Uses the same names in every run: a subscription through Moonraker outlives the process, and
+  /// the next run receives it. If another running trammel has them, ours end in a number.
   Result<void> RegisterStreams(const WaitLimit& limit) {
     constexpr int kMostNames = 9;
     const std::string plain = prefix_;
@@ -108,7 +108,7 @@ class MoonrakerTaps : public TapStream {
 
   void OnUsable(std::function<void()> done) {
     intake_.Restart();
-    // While connecting for the first time there is no method yet that could bring anything.
+    // During the first connection there is no method yet that could receive data.
     registered_ ? Subscribe(done) : done();
   }
 
@@ -118,8 +118,8 @@ class MoonrakerTaps : public TapStream {
     SubscribeToStatus(1, done);
   }
 
-  /// Asks once more after a while, unless Klipper's session is another one by then. In the end
-  /// says why.
+  /// Retries after a while, unless Klipper's session has changed meanwhile. Finally reports the
+  /// reason.
   void AskAgain(int tries, const std::string& why, std::function<void(int tries)> ask) {
     if (tries >= kMostTries) {
       return intake_.Tell(
@@ -163,7 +163,7 @@ class MoonrakerTaps : public TapStream {
 
   void SubscribeTo(const LoadCellName& cell, int tries) {
     if (!KlippyStreams::MayWork(moonraker_.address())) return ListenFirst(cell);
-    // Anew after each restart, which may have brought another cell.
+    // Repeated after each restart, which may have added another cell.
     std::vector<KlippyStream> streams;
     if (cell.probe) {
       streams.push_back(
@@ -185,7 +185,7 @@ class MoonrakerTaps : public TapStream {
     Keep(std::move(through));
   }
 
-  /// In place of the last, which ends.
+  /// Replaces the last streams, which end.
   void Keep(std::unique_ptr<KlippyStreams> streams) {
     const std::lock_guard lock(streams_mutex_);
     if (!ending_) streams_.swap(streams);
@@ -197,7 +197,7 @@ class MoonrakerTaps : public TapStream {
       if (cell.probe) intake_.ExpectTaps();
       return;
     }
-    // Where it went well once, Klipper is only not there yet.
+    // After an earlier success, Klipper is only not ready yet.
     if (came_through_ && tries < kMostTries) {
       return AskAgain(tries, failed->message, [this, cell](int next) { SubscribeTo(cell, next); });
     }
@@ -211,7 +211,7 @@ class MoonrakerTaps : public TapStream {
     ListenFirst(cell);
   }
 
-  /// Forces come all the time where a subscription is there already.
+  /// Checks for an existing subscription, whose forces arrive continuously.
   void ListenFirst(const LoadCellName& cell) {
     heard_ = false;
     moonraker_.RunAfter(kListen_s, [this, cell, session = session_] {
@@ -291,16 +291,16 @@ class MoonrakerTaps : public TapStream {
   const std::string remote_method_;
   const double ask_again_s_;
   const MoonrakerOptions options_;
-  std::string prefix_;  // of the streams' names; fixed before registered_
+  std::string prefix_;  // of stream names; set before registered_
   TapIntake intake_;
   bool registered_ = false;    // this and the next of the connection's thread
   bool heard_ = false;         // forces, since the link or Klipper began
   bool came_through_ = false;  // streams, over a connection of our own to Klipper
-  std::uint64_t session_ = 0;  // of Klipper; what was begun in an earlier one is over
+  std::uint64_t session_ = 0;  // Klipper session; requests of earlier ones are void
   std::mutex streams_mutex_;
   bool ending_ = false;                     // guarded by the mutex
   std::unique_ptr<KlippyStreams> streams_;  // likewise; its own thread uses the rest, too
-  Moonraker moonraker_;                     // its thread uses all the rest
+  Moonraker moonraker_;                     // last: its thread uses all others
 };
 
 }  // namespace

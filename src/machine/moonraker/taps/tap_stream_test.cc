@@ -63,7 +63,7 @@ std::vector<json> Forces(double from_s, double to_s) {
   return batches;
 }
 
-/// What a stream told, for a test's thread.
+/// Events of a stream, for a test's thread.
 struct Heard {
   std::mutex mutex;
   std::condition_variable changed;
@@ -268,7 +268,7 @@ TEST_F(TapStreamTest, ATapThatThePrinterSendsWholeIsNotBuiltAsWell) {
   const std::string taps = MethodOf("printer.load_cell_probe.dump_taps");
   const std::string forces = MethodOf("printer.load_cell.dump_force");
   const std::string moves = MethodOf("printer.motion_report.dump_trapq");
-  // On a busy computer the printer's own word of its first tap comes behind all else.
+  // On a busy computer the printer's own report of its first tap arrives last.
   Push(moves, TapMoves());
   for (const json& batch : Forces(99, 102.5)) Push(forces, batch);
   const json tap = {{"time", {1}}, {"force", {3}}, {"moves", {{{"print_time", 1}}}}};
@@ -336,7 +336,7 @@ TEST_F(TapStreamTest, WhereThePrinterTellsThePlaceOnTheBedItsHeightIsThatOfTheTr
 
 TEST_F(TapStreamTest, TellsThePrintersOwnResultAndItsMacrosCalls) {
   const auto stream = Open();
-  for (int i = 0; i < 1000 && !stream->NozzleTemperature(); ++i) {  // what it is at the start
+  for (int i = 0; i < 1000 && !stream->NozzleTemperature(); ++i) {  // initial value
     std::this_thread::sleep_for(std::chrono::milliseconds(10));
   }
   server_.Push(test::GcodeResponse("// probe at 1.0,2.0 is z=0.0125"));
