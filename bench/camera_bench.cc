@@ -34,10 +34,10 @@ struct Motion {
 
 // Frames at 30 a second, to and fro over 24 mm of a line, with what is drawn anew on the way.
 void Draw(benchmark::State& state, const Motion& motion) {
-  const HeadEye eye = DrawHeadEye({Plate::kTextured, Filament::kWhite, false}, Random(1));
+  const HeadOptics optics = DrawHeadOptics({Plate::kTextured, Filament::kWhite, false}, Random(1));
   const auto width = static_cast<int>(state.range(0));
   const auto height = static_cast<int>(state.range(1));
-  CameraView view(eye, {{}, width, height}, Random(2));
+  CameraView view(optics, {{}, width, height}, Random(2));
   CameraMoment moment;
   moment.bed = Lines();
   moment.machine = {75, 57.8, kFocusMm, motion.speed_mm_s, motion.laser_on, motion.lights_on};

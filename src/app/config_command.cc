@@ -44,7 +44,7 @@ Result<files::Config> StatedSettings(const InitArguments& arguments) {
   TRY(SettleApiKey(config.scan));
   const Interrupt interrupt;
   const auto printer = TRY(Connect(config.scan, interrupt.token()));
-  const procedure::Session session{*printer, interrupt.token(), TellOnTerminal};
+  const procedure::Session session{*printer, interrupt.token(), ShowProgress};
   const auto stated = TRY(TakeStatedBy(session, StatedFor::kPrinter, config));
   if (stated) return config;
   return Fail(fmt::format("{} is not ready, and states nothing of itself: bring Klipper up first",
@@ -65,8 +65,9 @@ Result<void> Init(const InitArguments& arguments) {
   TRY(files::ParseConfig(text, arguments.file));
   TRY(files::WriteWholeFile(arguments.file, text, files::IfThere::kRefuse));
   fmt::print("written           {}\n", arguments.file);
-  SayNext("to check it", fmt::format("trammel doctor --config {}{}", ShellQuoted(arguments.file),
-                                     heats ? "" : " --material pla"));
+  PrintWrapped("to check it",
+               fmt::format("trammel doctor --config {}{}", ShellQuoted(arguments.file),
+                           heats ? "" : " --material pla"));
   return {};
 }
 

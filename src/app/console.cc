@@ -23,7 +23,7 @@
 namespace trammel::app {
 namespace {
 
-constexpr std::size_t kMostKept = 1'000'000;
+constexpr std::size_t kMaxKept = 1'000'000;
 // Number of bytes that a pipe reported as writable accepts without blocking.
 constexpr std::size_t kPiece = 512;
 constexpr int kLook_ms = 100;
@@ -90,7 +90,7 @@ class Stream {
   }
 
   void Keep(std::string_view text) {
-    if (kept_.size() + text.size() <= kMostKept || waits_forbidden == 0) {
+    if (kept_.size() + text.size() <= kMaxKept || waits_forbidden == 0) {
       kept_ += text;
     } else if (!cut_) {
       cut_ = true;
@@ -177,7 +177,7 @@ void GuardConsole() {
   if (std::FILE* errors = FileOf(Errors(), _IONBF)) stderr = errors;
 }
 
-void SayErrorsOnly() { Errors().SetErrorsOnly(); }
+void PrintErrorsOnly() { Errors().SetErrorsOnly(); }
 
 void ColourVerdicts(Colour when) {
   const char* const none = std::getenv("NO_COLOR");

@@ -17,7 +17,7 @@ namespace trammel::app {
 void GuardConsole();
 
 /// Restricts standard error to errors, from now on: lines that begin with "trammel: ".
-void SayErrorsOnly();
+void PrintErrorsOnly();
 
 enum class Colour { kAuto, kAlways, kNever };
 

@@ -176,7 +176,7 @@ TEST(GuardedConsole, SaysErrorsAndTheAnswerOnlyWhenQuiet) {
     fmt::print(stderr, "note: {}\n", "trammel: no error");
   };
   const auto [answer, errors] = StreamsOf([&] {
-    SayErrorsOnly();
+    PrintErrorsOnly();
     say();
   });
   EXPECT_EQ(answer, "answer\n");

@@ -153,8 +153,8 @@ void AddLeftOutCommand(CLI::App& cli, int& exit_code, const std::string& name) {
 namespace {
 
 std::string Quoted(const std::string& word) {
-  constexpr std::size_t kMostBytes = 60;
-  std::string line = Utf8OrReplaced(word, kMostBytes);
+  constexpr std::size_t kMaxBytes = 60;
+  std::string line = Utf8OrReplaced(word, kMaxBytes);
   std::replace(line.begin(), line.end(), '\n', ' ');
   return fmt::format("'{}'", EscapedForTerminal(line));
 }

@@ -59,7 +59,7 @@ Result<files::History> Read(const HistoryArguments& arguments, std::size_t last)
 
 std::string AnswerText(const Answer& answer) {
   if (!answer.value.good()) {
-    return fmt::format("{}: {}", VerdictWords(answer.value.verdict()), answer.value.reason());
+    return fmt::format("{}: {}", VerdictText(answer.value.verdict()), answer.value.reason());
   }
   report::IntervalStyle style;
   style.unit = answer.unit;
@@ -101,7 +101,7 @@ std::string EntryText(std::size_t number, const HistoryEntry& entry, std::size_t
   const std::vector<Answer>& answers = entry.outcome.answers;
   std::string text = fmt::format("{:<4} {}  {}  {}  {}\n", number, entry.outcome.provenance.utc,
                                  WordsOf(entry.outcome.provenance.instrument),
-                                 VerdictWords(entry.outcome.verdict()), AppliedText(entry));
+                                 VerdictText(entry.outcome.verdict()), AppliedText(entry));
   for (const Answer& answer : std::span(answers).first(std::min(most, answers.size()))) {
     text += fmt::format("     {}  {}\n", answer.name, AnswerText(answer));
   }
@@ -124,7 +124,7 @@ ordered_json EntryJson(std::size_t number, const HistoryEntry& entry) {
 }
 
 /// Notes that the filter matches nothing: it may be mistyped.
-void SayNothingMatches(const HistoryArguments& arguments) {
+void PrintNothingMatches(const HistoryArguments& arguments) {
   fmt::print(stderr, "{}\n",
              arguments.chooses()
                  ? "no result is of what was chosen; names are compared to the letter: trammel "
@@ -145,7 +145,7 @@ Result<int> RunList(const HistoryArguments& arguments) {
     }
   }
   if (arguments.json) std::fputs(JsonText(list).c_str(), stdout);
-  if (history.entries.empty()) SayNothingMatches(arguments);
+  if (history.entries.empty()) PrintNothingMatches(arguments);
   return kExitGood;
 }
 
@@ -244,7 +244,7 @@ Result<int> RunCompare(const HistoryArguments& arguments) {
   for (const auto& [number, outcome] :
        {std::pair{arguments.before, &before}, std::pair{arguments.number, &after}}) {
     fmt::print("{:<4} {}  {}  {}\n", number, outcome->provenance.utc,
-               WordsOf(outcome->provenance.instrument), VerdictWords(outcome->verdict()));
+               WordsOf(outcome->provenance.instrument), VerdictText(outcome->verdict()));
   }
   fmt::print("{}", OtherThings(before.subject, after.subject));
   for (const measurement::Change& change : changes) {
@@ -425,7 +425,7 @@ void AddNumber(CLI::App& command, const char* name, std::size_t& number) {
 }  // namespace
 
 void AddHistoryCommands(CLI::App& history, int& exit_code) {
-  constexpr double kMostDays = 36'500;
+  constexpr double kMaxDays = 36'500;
   history.require_subcommand(1);
   const auto add =
       [&](const char* name, const char* text, Result<int> (*run)(const HistoryArguments&),
@@ -458,7 +458,7 @@ void AddHistoryCommands(CLI::App& history, int& exit_code) {
       add("due", "what is to be measured anew: old, changed, or never measured", RunDue);
   due->add_flag("--json", asked->json, "as JSON");
   due->add_option("--age", asked->age_days, "days from which an answer is too old")
-      ->check(NumberIn(0.01, kMostDays))
+      ->check(NumberIn(0.01, kMaxDays))
       ->capture_default_str();
 }
 

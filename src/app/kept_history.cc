@@ -39,7 +39,7 @@ HistoryEntry EntryOf(const History& history, const Outcome& outcome) {
 }
 
 /// Maximum number of results of one measurand that are read.
-constexpr std::size_t kMostCompared = 1000;
+constexpr std::size_t kMaxCompared = 1000;
 
 }  // namespace
 
@@ -47,8 +47,8 @@ Result<History> ReadKept(const std::filesystem::path& recordings,
                          const files::HistoryQuery& query) {
   auto history = service::ReadHistoryByPrinter(recordings, query);
   if (!history) return history;
-  constexpr std::size_t kMostNamed = 10;
-  const std::size_t named = std::min(history->skipped.size(), kMostNamed);
+  constexpr std::size_t kMaxNamed = 10;
+  const std::size_t named = std::min(history->skipped.size(), kMaxNamed);
   for (std::size_t i = 0; i < named; ++i) {
     fmt::print(stderr, "passed over: {}\n", history->skipped[i]);
   }
@@ -81,7 +81,7 @@ const files::NozzleChange* NozzleChangeBefore(const History& history, const std:
 }
 
 std::vector<Change> CompareWithEarlier(const History& history, const HistoryEntry& now) {
-  constexpr std::size_t kMostForDrift = 100;
+  constexpr std::size_t kMaxForDrift = 100;
   const auto* nozzle = NozzleChangeBefore(history, now.outcome.subject.printer, now.order);
   const std::int64_t newer_than = nozzle != nullptr ? nozzle->after : 0;
   std::vector<const HistoryEntry*> earlier;
@@ -93,7 +93,7 @@ std::vector<Change> CompareWithEarlier(const History& history, const HistoryEntr
   }
   std::ranges::sort(earlier, std::greater{},
                     [](const HistoryEntry* entry) { return entry->order; });
-  earlier.resize(std::min(earlier.size(), kMostForDrift));
+  earlier.resize(std::min(earlier.size(), kMaxForDrift));
   std::vector<Outcome> outcomes;
   for (const HistoryEntry* const entry : earlier) outcomes.push_back(entry->outcome);
   return measurement::Drift(outcomes, now.outcome);
@@ -119,7 +119,7 @@ std::string DriftText(const Change& change) {
 void PrintDrift(const std::filesystem::path& recordings, const Outcome& now) {
   if (now.subject == measurement::Subject{}) return;
   const auto history = service::ReadHistoryByPrinter(
-      recordings, {kMostCompared, now.provenance.instrument, now.subject});
+      recordings, {kMaxCompared, now.provenance.instrument, now.subject});
   if (!history) return;
   const HistoryEntry own = EntryOf(*history, now);
   if (const auto* nozzle = NozzleChangeBefore(*history, now.subject.printer, own.order)) {

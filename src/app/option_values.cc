@@ -37,7 +37,7 @@ std::optional<WholePair> ParseWholePair(std::string_view text) {
   return WholePair{*first, *second};
 }
 
-Result<ToolShift> ParseToolShift(std::string_view option, std::string_view text, int most_tool) {
+Result<ToolShift> ParseToolShift(std::string_view option, std::string_view text, int max_tool) {
   std::array<double, 3> numbers{};
   const char* at = text.data();
   const char* end = at + text.size();
@@ -50,12 +50,12 @@ Result<ToolShift> ParseToolShift(std::string_view option, std::string_view text,
   }
   const double tool = numbers[0];
   const auto near = [](double mm) { return mm >= -1000 && mm <= 1000; };
-  good = good && tool >= 0 && tool <= most_tool && tool == static_cast<int>(tool) &&
+  good = good && tool >= 0 && tool <= max_tool && tool == static_cast<int>(tool) &&
          near(numbers[1]) && near(numbers[2]);
   if (good) return ToolShift{static_cast<int>(tool), numbers[1], numbers[2]};
   return Fail(
       fmt::format("{} {}: must be TOOL:X,Y, for example 1:0.2,-0.1, with tools 0 ... {} and mm",
-                  option, text.substr(0, 40), most_tool));
+                  option, text.substr(0, 40), max_tool));
 }
 
 CLI::Validator NumberIn(double low, double high) {

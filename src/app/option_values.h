@@ -48,7 +48,7 @@ struct ToolShift {
 /// Parses `TOOL:X,Y`, for example 1:0.2,-0.1: tools 0 ... most_tool, X and Y within +-1000 mm.
 /// @param option  begins the error message.
 [[nodiscard]] Result<ToolShift> ParseToolShift(std::string_view option, std::string_view text,
-                                               int most_tool);
+                                               int max_tool);
 
 // Bounds for numbers on the command line.
 

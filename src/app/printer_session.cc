@@ -35,7 +35,7 @@ void AddAddressOption(CLI::App& command, std::string& address) {
                      "Moonraker's address: host, host:port, URL or unix:PATH");
 }
 
-std::string WordsForPrinter(const PrinterOptions& options) {
+std::string PrinterOptionText(const PrinterOptions& options) {
   std::string words;
   if (!options.config.empty()) words += " --config " + ShellQuoted(options.config);
   if (!options.address.empty()) words += " --printer " + ShellQuoted(options.address);
@@ -110,7 +110,7 @@ machine::MoonrakerOptions OptionsOf(const settings::ScanSettings& settings) {
 
 Result<std::unique_ptr<machine::Printer>> ConnectWith(const machine::MoonrakerOptions& options,
                                                       const std::stop_token& stop) {
-  return procedure::NameStop(
+  return procedure::NameStopReason(
       stop, machine::ConnectToMoonraker(options, {options.connect_time_limit_s, stop}));
 }
 
@@ -146,9 +146,9 @@ std::atomic<bool> progress_as_json = false;
 
 }  // namespace
 
-void TellProgressAsJson() { progress_as_json = true; }
+void ShowProgressAsJson() { progress_as_json = true; }
 
-void TellOnTerminal(const procedure::Progress& progress) {
+void ShowProgress(const procedure::Progress& progress) {
   if (progress_as_json) {
     fmt::print(stderr, "{}\n", procedure::ProgressLine(progress));
     return;

@@ -37,7 +37,7 @@ void AddAddressOption(CLI::App& command, std::string& address);
 
 /// Returns the options that select the same printer and settings for another command, " --printer
 /// voron.local"; empty if none were given.
-[[nodiscard]] std::string WordsForPrinter(const PrinterOptions& options);
+[[nodiscard]] std::string PrinterOptionText(const PrinterOptions& options);
 
 /// --material, for what prints.
 void AddMaterialOption(CLI::App& command, std::string& material);
@@ -73,10 +73,10 @@ void AddCameraOption(CLI::App& command, PrinterOptions& options);
 [[nodiscard]] std::string NewRunName();
 
 /// Prints progress on standard error: standard output contains only the answer.
-void TellOnTerminal(const procedure::Progress& progress);
+void ShowProgress(const procedure::Progress& progress);
 
-/// Switches TellOnTerminal to lines of JSON (session/screen.h), for a program that reads them.
-void TellProgressAsJson();
+/// Switches ShowProgress to lines of JSON (session/screen.h), for a program that reads them.
+void ShowProgressAsJson();
 
 /// Names under which commands and `trammel serve` register as agents of Moonraker.
 inline constexpr const char* kCommandsAgent = "trammel-run";

@@ -43,7 +43,7 @@ int RunProgram(const Program& program, int argc, char** argv) {
   // Accepted after every command, too.
   cli.fallthrough();
   cli.footer(fmt::format("--quiet and --color WHEN: {} --help", program.name));
-  cli.add_flag_callback("-q,--quiet", SayErrorsOnly,
+  cli.add_flag_callback("-q,--quiet", PrintErrorsOnly,
                         "errors and the answer, no progress and no remarks");
   std::string colour = "auto";
   cli.add_option("--color", colour, "verdicts in colour: on terminals, always or never")
@@ -52,7 +52,7 @@ int RunProgram(const Program& program, int argc, char** argv) {
   cli.add_option_function<std::string>(
          "--progress",
          [](const std::string& form) {
-           if (form == "json") TellProgressAsJson();
+           if (form == "json") ShowProgressAsJson();
          },
          "progress on standard error: text, or json, a line of it each, for programs")
       ->check(CLI::IsMember(std::vector<std::string>{"text", "json"}))

@@ -40,7 +40,7 @@ std::string Today() {
                      local.tm_mday);
 }
 
-void SayNext(std::string_view label, const std::string& text, int column, std::FILE* where) {
+void PrintWrapped(std::string_view label, const std::string& text, int column, std::FILE* where) {
   fmt::print(where, "{:<{}}{}\n", label, column, text);
 }
 

@@ -38,8 +38,8 @@ namespace trammel::app {
 /// @param text   "trammel pa apply FOLDER", or words that end in a command
 /// @param column characters before the text
 /// @param where  standard error if standard output contains the answer for a program
-void SayNext(std::string_view label, const std::string& text, int column = 18,
-             std::FILE* where = stdout);
+void PrintWrapped(std::string_view label, const std::string& text, int column = 18,
+                  std::FILE* where = stdout);
 
 /// Returns a command's word for a shell, quoted only where necessary.
 [[nodiscard]] std::string ShellQuoted(const std::string& word);

@@ -17,8 +17,8 @@ std::string FromEnvironment(const char* name) {
 }
 
 Result<std::string> SecretFrom(const std::string& file) {
-  constexpr std::size_t kMostBytes = 8192;
-  auto text = files::ReadWholeFile(file, kMostBytes);
+  constexpr std::size_t kMaxBytes = 8192;
+  auto text = files::ReadWholeFile(file, kMaxBytes);
   if (!text) return text;
   text->resize(std::min(text->find_first_of("\r\n"), text->size()));
   if (text->empty()) return Fail(fmt::format("{}: its first line is empty", file));

@@ -25,18 +25,18 @@ void SlowWork::Speak(const std::stop_token& end, std::chrono::milliseconds first
     if (end.stop_requested()) return;
     waited += wait;
     const bool is_first = waited == first;
-    TellOnTerminal({is_first ? what_
-                             : fmt::format("{}, {:.0f} s so far", what_,
-                                           std::chrono::duration<double>(waited).count()),
-                    {}});
+    ShowProgress({is_first ? what_
+                           : fmt::format("{}, {:.0f} s so far", what_,
+                                         std::chrono::duration<double>(waited).count()),
+                  {}});
   }
 }
 
 void KeepPicturesMemory() {
-  constexpr int kMostOnHeapBytes = 32 << 20;  // glibc takes no more
-  constexpr int kMostKeptBytes = 256 << 20;
-  mallopt(M_MMAP_THRESHOLD, kMostOnHeapBytes);
-  mallopt(M_TRIM_THRESHOLD, kMostKeptBytes);
+  constexpr int kMaxOnHeapBytes = 32 << 20;  // glibc takes no more
+  constexpr int kMaxKeptBytes = 256 << 20;
+  mallopt(M_MMAP_THRESHOLD, kMaxOnHeapBytes);
+  mallopt(M_TRIM_THRESHOLD, kMaxKeptBytes);
 }
 
 }  // namespace trammel::app

@@ -149,7 +149,7 @@ Result<std::optional<TakenFacts>> TakeFrom(const procedure::Session& session, St
   auto facts = TRY(procedure::ReadFacts(session));
   const auto taken = TakeStated(facts, purpose, config);
   std::string words = fmt::format("{}", fmt::join(taken, "; "));
-  if (!taken.empty()) session.Say("as the printer states: " + words);
+  if (!taken.empty()) session.Report("as the printer states: " + words);
   return std::optional(TakenFacts{std::move(facts), std::move(words)});
 }
 

@@ -84,9 +84,9 @@ class Builder {
 
   bool Spend(std::size_t bytes) {
     spent_ += bytes;
-    if (spent_ <= bounds_.most_memory_bytes) return true;
+    if (spent_ <= bounds_.max_memory_bytes) return true;
     fault_ = fmt::format("its values would take more than the {} MB of memory that are allowed",
-                         bounds_.most_memory_bytes >> 20);
+                         bounds_.max_memory_bytes >> 20);
     return false;
   }
 
@@ -105,8 +105,8 @@ class Builder {
   }
 
   bool Open(json container) {
-    if (static_cast<int>(open_.size()) >= bounds_.most_levels) {
-      fault_ = fmt::format("objects and lists are nested more than {} deep", bounds_.most_levels);
+    if (static_cast<int>(open_.size()) >= bounds_.max_levels) {
+      fault_ = fmt::format("objects and lists are nested more than {} deep", bounds_.max_levels);
       return false;
     }
     json* const placed = Put(std::move(container), kContainer);
@@ -133,9 +133,9 @@ class Builder {
 
 Result<json> ParseBoundedJson(std::string_view text, const std::string& name,
                               const JsonBounds& bounds) {
-  if (text.size() > bounds.most_bytes) {
+  if (text.size() > bounds.max_bytes) {
     return Fail(fmt::format("{}: is {} bytes of JSON; at most {} are read", name, text.size(),
-                            bounds.most_bytes));
+                            bounds.max_bytes));
   }
   const auto line_of = [&text](std::size_t byte) {
     const auto end = text.begin() + static_cast<std::ptrdiff_t>(std::min(text.size(), byte));

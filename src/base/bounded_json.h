@@ -12,13 +12,13 @@ namespace trammel {
 
 /// Limits on a JSON text; beyond them it is refused.
 struct JsonBounds {
-  std::size_t most_bytes = std::size_t{128} << 20;  ///< of text
+  std::size_t max_bytes = std::size_t{128} << 20;  ///< of text
   /// Maximum nesting of objects and lists. Copying, comparing and writing a value uses stack for
   /// each level.
-  int most_levels = 64;
+  int max_levels = 64;
   /// Memory for the values, estimated during parsing: `[[],[],…` takes some forty times the bytes
   /// of its text.
-  std::size_t most_memory_bytes = std::size_t{512} << 20;
+  std::size_t max_memory_bytes = std::size_t{512} << 20;
   /// True if a duplicate key in an object is an error; otherwise its last value counts.
   bool unique_keys = false;
   /// True if a text or a key may contain the character U+0000, at which other programs truncate it.

@@ -51,12 +51,12 @@ TEST(BoundedJson, AsManyLevelsAsAllowedAreRead) {
   };
   EXPECT_TRUE(ParseBoundedJson(nested(64), "a peer"));
   EXPECT_FALSE(ParseBoundedJson(nested(65), "a peer"));
-  EXPECT_TRUE(ParseBoundedJson(nested(2), "a peer", {.most_levels = 2}));
-  EXPECT_FALSE(ParseBoundedJson(nested(3), "a peer", {.most_levels = 2}));
+  EXPECT_TRUE(ParseBoundedJson(nested(2), "a peer", {.max_levels = 2}));
+  EXPECT_FALSE(ParseBoundedJson(nested(3), "a peer", {.max_levels = 2}));
 }
 
 TEST(BoundedJson, ManySmallValuesAreRefusedBeforeTheyFillTheMemory) {
-  const JsonBounds bounds{.most_memory_bytes = 1 << 20};
+  const JsonBounds bounds{.max_memory_bytes = 1 << 20};
   for (const char* piece : {"0,", "[],", "{},", "\"\",", "{\"\":0},"}) {
     EXPECT_THAT(Refusal("[" + Repeated(piece, 200'000) + "0]", bounds),
                 HasSubstr("more than the 1 MB of memory"));
@@ -68,7 +68,7 @@ TEST(BoundedJson, ManySmallValuesAreRefusedBeforeTheyFillTheMemory) {
 }
 
 TEST(BoundedJson, LongTextsAreCountedWithTheirLength) {
-  const JsonBounds bounds{.most_memory_bytes = 1 << 20};
+  const JsonBounds bounds{.max_memory_bytes = 1 << 20};
   const std::string text = "\"" + std::string(20'000, 'x') + "\"";
   EXPECT_THAT(Refusal("[" + Repeated(text + ",", 60) + "0]", bounds),
               HasSubstr("more than the 1 MB of memory"));
@@ -76,7 +76,7 @@ TEST(BoundedJson, LongTextsAreCountedWithTheirLength) {
 }
 
 TEST(BoundedJson, ATextThatIsTooLongIsNotEvenRead) {
-  EXPECT_THAT(Refusal(std::string(101, ' '), {.most_bytes = 100}),
+  EXPECT_THAT(Refusal(std::string(101, ' '), {.max_bytes = 100}),
               HasSubstr("is 101 bytes of JSON; at most 100 are read"));
 }
 

@@ -30,7 +30,7 @@ enum class Verdict {
 }
 
 /// "good", "cannot tell" or "refused", as people read it.
-[[nodiscard]] inline std::string VerdictWords(Verdict verdict) {
+[[nodiscard]] inline std::string VerdictText(Verdict verdict) {
   return verdict == Verdict::kCannotTell ? "cannot tell" : std::string(ToString(verdict));
 }
 

@@ -10,7 +10,7 @@
 
 namespace trammel {
 
-void ParallelFor(int count, const std::function<void(int)>& work, int most_threads) {
+void ParallelFor(int count, const std::function<void(int)>& work, int max_threads) {
   std::atomic<int> next{0};
   std::exception_ptr failure;
   std::mutex failure_mutex;
@@ -26,7 +26,7 @@ void ParallelFor(int count, const std::function<void(int)>& work, int most_threa
     }
   };
   const int processors = static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
-  const int helpers = std::min({count, processors, most_threads}) - 1;
+  const int helpers = std::min({count, processors, max_threads}) - 1;
   {
     std::vector<std::jthread> threads;
     try {

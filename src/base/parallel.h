@@ -11,6 +11,6 @@ namespace trammel {
 /// first exception is rethrown.
 /// @param most_threads  >= 1; includes the caller's own.
 void ParallelFor(int count, const std::function<void(int)>& work,
-                 int most_threads = std::numeric_limits<int>::max());
+                 int max_threads = std::numeric_limits<int>::max());
 
 }  // namespace trammel

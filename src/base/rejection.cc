@@ -21,11 +21,11 @@ AdjustmentCheck RejectionTally::Check(int redundancy) const {
       owners_.begin(), owners_.end(),
       [](const auto& a, const auto& b) { return a.second.rejected < b.second.rejected; });
   const int of_one = most == owners_.end() ? 0 : most->second.rejected;
-  if (all_.rejected - of_one <= kMostRejected * all_.observations) return check;
+  if (all_.rejected - of_one <= kMaxRejected * all_.observations) return check;
   check.contradiction = fmt::format(
       "{} of {} observations ({:.0f} %) contradict the others; outliers are {:.0f} % "
       "and one whole picture or target at most",
-      check.rejected, check.observations, 100 * check.rejected_share(), 100 * kMostRejected);
+      check.rejected, check.observations, 100 * check.rejected_share(), 100 * kMaxRejected);
   if (of_one > 0) {
     check.contradiction += fmt::format("; {} contradicts most: {} of its {}", most->first, of_one,
                                        most->second.observations);
@@ -33,7 +33,7 @@ AdjustmentCheck RejectionTally::Check(int redundancy) const {
   return check;
 }
 
-std::string CheckWords(const AdjustmentCheck& check) {
+std::string CheckText(const AdjustmentCheck& check) {
   return fmt::format("redundancy {}; {} of {} observations rejected ({:.1f} %)", check.redundancy,
                      check.rejected, check.observations, 100 * check.rejected_share());
 }

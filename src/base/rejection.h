@@ -9,7 +9,7 @@ namespace trammel {
 
 /// Maximum share of outliers among the observations; a larger share contradicts the model. Routine
 /// measurements have 1 to 10 % of them (Hampel et al., Robust Statistics, 1986).
-inline constexpr double kMostRejected = 0.05;
+inline constexpr double kMaxRejected = 0.05;
 
 /// Part of every adjustment's answer, in its text (CheckWords) and its JSON (CheckJson).
 struct AdjustmentCheck {
@@ -46,6 +46,6 @@ class RejectionTally {
 };
 
 /// "redundancy 1210; 12 of 900 observations rejected (1.3 %)"
-[[nodiscard]] std::string CheckWords(const AdjustmentCheck& check);
+[[nodiscard]] std::string CheckText(const AdjustmentCheck& check);
 
 }  // namespace trammel

@@ -48,7 +48,7 @@ TEST(Rejection, OfHalfThePartNamesTheTargetThatContradictsMost) {
   EXPECT_EQ(check.contradiction,
             "32 of 120 observations (27 %) contradict the others; outliers are 5 % and one whole "
             "picture or target at most; target 8 contradicts most: 7 of its 10");
-  EXPECT_EQ(CheckWords(check), "redundancy 151; 32 of 120 observations rejected (26.7 %)");
+  EXPECT_EQ(CheckText(check), "redundancy 151; 32 of 120 observations rejected (26.7 %)");
 }
 
 TEST(Rejection, OfTwoWholePicturesOfTenIsNotThatOfOutliers) {

@@ -15,7 +15,7 @@ namespace trammel {
 namespace {
 
 constexpr int kNice = -10;
-constexpr double kMostShare = 0.5;  // share of a processor; raw 720-line pictures take a sixth
+constexpr double kMaxShare = 0.5;  // share of a processor; raw 720-line pictures take a sixth
 constexpr double kLookEvery_s = 1;
 
 // On Linux each thread has a nice value, set through its thread number.
@@ -54,7 +54,7 @@ const ThreadPriority& PriorityWatch::Look(double now_s) {
   const double share = (worked_s - worked_s_) / since_s;
   looked_s_ = now_s;
   worked_s_ = worked_s;
-  if (first || share < kMostShare) return priority_;
+  if (first || share < kMaxShare) return priority_;
   const sched_param usual{};
   pthread_setschedparam(pthread_self(), SCHED_OTHER, &usual);
   setpriority(PRIO_PROCESS, ThisThread(), 0);

@@ -116,12 +116,12 @@ std::string Utf8OrReplaced(std::string_view text) {
   return out;
 }
 
-std::string Utf8OrReplaced(std::string_view text, std::size_t most_bytes) {
+std::string Utf8OrReplaced(std::string_view text, std::size_t max_bytes) {
   constexpr std::string_view kEllipsis = "…";
-  most_bytes = std::max(most_bytes, kEllipsis.size());
-  std::string clean = Utf8OrReplaced(text.substr(0, most_bytes));
-  if (text.size() <= most_bytes && clean.size() <= most_bytes) return clean;
-  clean.erase(std::min(clean.size(), most_bytes - kEllipsis.size()));
+  max_bytes = std::max(max_bytes, kEllipsis.size());
+  std::string clean = Utf8OrReplaced(text.substr(0, max_bytes));
+  if (text.size() <= max_bytes && clean.size() <= max_bytes) return clean;
+  clean.erase(std::min(clean.size(), max_bytes - kEllipsis.size()));
   clean.erase(clean.size() - IncompleteUtf8(clean));
   return clean.append(kEllipsis);
 }

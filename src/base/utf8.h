@@ -12,7 +12,7 @@ namespace trammel {
 [[nodiscard]] std::string Utf8OrReplaced(std::string_view text);
 
 /// Does the same, and cuts text longer than `most_bytes` after a whole character, with an ellipsis.
-[[nodiscard]] std::string Utf8OrReplaced(std::string_view text, std::size_t most_bytes);
+[[nodiscard]] std::string Utf8OrReplaced(std::string_view text, std::size_t max_bytes);
 
 /// Escapes control characters (except line feed and tab), line separators and characters that
 /// change the writing direction as \uXXXX: a terminal does not obey them and JSON reads the same

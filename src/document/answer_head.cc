@@ -21,14 +21,14 @@ struct Row {
 
 // Breaks a text at its blanks; a word wider than the picture is reduced later.
 std::vector<std::string> Wrapped(const Canvas& canvas, const std::string& text,
-                                 const TextStyle& style, double most_px, std::size_t most_lines) {
+                                 const TextStyle& style, double max_px, std::size_t max_lines) {
   std::vector<std::string> lines = {""};
   std::istringstream words(text);
   for (std::string word; words >> word;) {
     const std::string longer = lines.back().empty() ? word : lines.back() + " " + word;
-    if (canvas.TextWidth(longer, style) <= most_px || lines.back().empty()) {
+    if (canvas.TextWidth(longer, style) <= max_px || lines.back().empty()) {
       lines.back() = longer;
-    } else if (lines.size() < most_lines) {
+    } else if (lines.size() < max_lines) {
       lines.push_back(word);
     } else {
       lines.back() += " …";
@@ -42,24 +42,24 @@ std::vector<std::string> Wrapped(const Canvas& canvas, const std::string& text,
 
 Canvas DrawAnswerHead(const AnswerHead& head, double width_px) {
   constexpr double kSpacing = 1.35;
-  constexpr std::size_t kMostReasonLines = 8;
+  constexpr std::size_t kMaxReasonLines = 8;
   const bool good = head.verdict == Verdict::kGood;
   const double room_px = width_px - 2 * kMargin_px;
   const Canvas measure(width_px, 1);
   std::vector<Row> rows;
-  const auto add = [&](const std::string& text, const TextStyle& style, std::size_t most_lines) {
-    for (std::string& line : Wrapped(measure, text, style, room_px, most_lines)) {
+  const auto add = [&](const std::string& text, const TextStyle& style, std::size_t max_lines) {
+    for (std::string& line : Wrapped(measure, text, style, room_px, max_lines)) {
       const TextStyle fitted = Fitted(measure, line, style, room_px);
       rows.push_back({std::move(line), fitted});
     }
   };
-  add(fmt::format("{}: {}", head.title, VerdictWords(head.verdict)),
+  add(fmt::format("{}: {}", head.title, VerdictText(head.verdict)),
       {.size_px = 13, .color = good ? kGreen : kVermilion, .bold = true}, 1);
   if (good) {
     add(head.value, {.size_px = 30, .bold = true}, 1);
     add(head.interval, {.size_px = 14}, 1);
   } else {
-    add(head.reason, {.size_px = 14}, kMostReasonLines);
+    add(head.reason, {.size_px = 14}, kMaxReasonLines);
   }
   if (!head.facts.empty()) {
     add(fmt::format("{}", fmt::join(head.facts, " · ")), {.size_px = 12, .color = kMuted}, 3);

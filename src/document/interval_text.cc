@@ -8,14 +8,13 @@
 namespace trammel::report {
 namespace {
 
-constexpr int kMostDecimals = 6;
+constexpr int kMaxDecimals = 6;
 
 int Decimals(const Interval& interval95, const IntervalStyle& style) {
   const double half = (interval95.hi - interval95.lo) / 2 * std::abs(style.scale);
-  if (!(half > 0) || !std::isfinite(half)) return style.least_decimals;
+  if (!(half > 0) || !std::isfinite(half)) return style.min_decimals;
   const int two_digits = static_cast<int>(1 - std::floor(std::log10(half)));
-  return std::clamp(two_digits, style.least_decimals,
-                    std::max(style.least_decimals, kMostDecimals));
+  return std::clamp(two_digits, style.min_decimals, std::max(style.min_decimals, kMaxDecimals));
 }
 
 std::string Unit(const IntervalStyle& style) { return style.unit.empty() ? "" : " " + style.unit; }

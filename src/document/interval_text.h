@@ -13,10 +13,10 @@ inline constexpr double kUmPerMm = 1000;
 
 /// Format of a quantity.
 struct IntervalStyle {
-  std::string unit = {};   ///< none: a bare number
-  double scale = 1;        ///< displayed units per unit of the quantity
-  int least_decimals = 4;  ///< more where half of the interval has less than two digits in them
-  bool signs = false;      ///< a + before what is positive
+  std::string unit = {};  ///< none: a bare number
+  double scale = 1;       ///< displayed units per unit of the quantity
+  int min_decimals = 4;   ///< more where half of the interval has less than two digits in them
+  bool signs = false;     ///< a + before what is positive
 };
 
 /// "-0.0053"; never "-0.0000". @param signs  a + before what is not negative.
@@ -47,8 +47,8 @@ struct IntervalStyle {
 
 inline const IntervalStyle kPerMille{.unit = "mm/m", .scale = 1000};
 inline const IntervalStyle kSeconds{.unit = "s"};
-inline const IntervalStyle kMilliseconds{.unit = "ms", .scale = 1000, .least_decimals = 1};
-inline const IntervalStyle kPercent{.unit = "%", .scale = 100, .least_decimals = 1};
+inline const IntervalStyle kMilliseconds{.unit = "ms", .scale = 1000, .min_decimals = 1};
+inline const IntervalStyle kPercent{.unit = "%", .scale = 100, .min_decimals = 1};
 inline const IntervalStyle kMillimetres{.unit = "mm"};
 inline const IntervalStyle kOffsetMillimetres{.unit = "mm", .signs = true};
 

@@ -17,19 +17,19 @@ TEST(IntervalText, SaysTheIntervalInOneUnit) {
 TEST(IntervalText, HasTwoDigitsOfHalfAnIntervalAndNeverFewerDecimalsThanAsked) {
   EXPECT_EQ(ValueText(1.23456789, {1.2343, 1.2349}, kMillimetres), "1.23457 mm");
   EXPECT_EQ(ValueText(1.23456789, {1, 2}, kMillimetres), "1.2346 mm");
-  EXPECT_EQ(ValueText(1.23456789, {1, 2}, {.unit = "mm", .least_decimals = 1}), "1.23 mm");
+  EXPECT_EQ(ValueText(1.23456789, {1, 2}, {.unit = "mm", .min_decimals = 1}), "1.23 mm");
   EXPECT_EQ(ValueText(1.23456789, {1.234567, 1.234568}, kMillimetres), "1.234568 mm");
 }
 
 TEST(IntervalText, ScalesAndKeepsTheOrder) {
-  const IntervalStyle percent{.unit = "%", .scale = -100, .least_decimals = 1, .signs = true};
+  const IntervalStyle percent{.unit = "%", .scale = -100, .min_decimals = 1, .signs = true};
   EXPECT_EQ(WithInterval(-0.25, {-0.4, -0.1}, percent), "+25.0 % (95 %: +10.0 to +40.0 %)");
 }
 
 TEST(IntervalText, NeverSaysMinusZero) {
   EXPECT_EQ(NumberText(-1e-9, 3, true), "+0.000");
   EXPECT_EQ(NumberText(-0.0012, 3, true), "-0.001");
-  EXPECT_EQ(IntervalText({-1e-9, 1e-9}, {.unit = "mm", .least_decimals = 4}),
+  EXPECT_EQ(IntervalText({-1e-9, 1e-9}, {.unit = "mm", .min_decimals = 4}),
             "95 %: 0.000000 to 0.000000 mm");
   EXPECT_EQ(ValueText(-1e-9, {-0.5, 0.5}, kOffsetMillimetres), "+0.0000 mm");
 }

@@ -141,7 +141,7 @@ std::string Card(std::string_view heading, std::string_view body) {
 std::string HeadCard(Verdict verdict, std::string_view body, std::string_view words) {
   return fmt::format(
       "<section class=\"card head {}\">\n<p class=\"verdict\">{}</p>\n{}</section>\n",
-      ToString(verdict), words.empty() ? VerdictWords(verdict) : EscapeHtml(words), body);
+      ToString(verdict), words.empty() ? VerdictText(verdict) : EscapeHtml(words), body);
 }
 
 std::string UncheckedHtml(const std::vector<std::string>& unchecked) {
@@ -187,7 +187,7 @@ std::string FittingPage(const std::function<std::string(std::size_t step)>& page
   std::string made;
   for (std::size_t step = 0; step < kPhotoSteps.size(); ++step) {
     made = page(step);
-    if (made.size() <= kMostPageBytes) break;
+    if (made.size() <= kMaxPageBytes) break;
   }
   return made;
 }

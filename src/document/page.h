@@ -39,7 +39,7 @@ namespace trammel::report {
 /// Levels of photo detail in a page, the finest first: each step takes about half of the bytes.
 inline constexpr std::array<PhotoDetail, 5> kPhotoSteps = {
     {{1.5, 75}, {1.5, 50}, {1.0, 50}, {0.7, 50}, {0.45, 45}}};
-inline constexpr std::size_t kMostPageBytes = 1'500'000;
+inline constexpr std::size_t kMaxPageBytes = 1'500'000;
 
 /// Makes a page at the finest of kPhotoSteps that yields at most kMostPageBytes; at the coarsest if
 /// none does. @param page  of an index into kPhotoSteps.

@@ -75,7 +75,7 @@ TEST(Canvas, KeepsAPhotoAsJpegAndAMapAsItIs) {
 TEST(FittingPage, TakesThePhotosDetailAsFarDownAsNeeded) {
   const auto page_of = [](std::size_t at_most_from) {
     return FittingPage([&](std::size_t step) {
-      return std::string(step >= at_most_from ? kMostPageBytes : kMostPageBytes + 1,
+      return std::string(step >= at_most_from ? kMaxPageBytes : kMaxPageBytes + 1,
                          static_cast<char>('0' + step));
     });
   };

@@ -332,9 +332,9 @@ void DrawArrow(Canvas& canvas, const PointPx& from, const PointPx& tip, const St
 }
 
 TextStyle Fitted(const Canvas& canvas, std::string_view text, const TextStyle& style,
-                 double most_px) {
+                 double max_px) {
   TextStyle fitted = style;
-  fitted.size_px *= std::min(1.0, most_px / std::max(1.0, canvas.TextWidth(text, style)));
+  fitted.size_px *= std::min(1.0, max_px / std::max(1.0, canvas.TextWidth(text, style)));
   return fitted;
 }
 
@@ -419,13 +419,13 @@ double RoundedDown(double most) {
   return power;
 }
 
-double DrawScaleKey(Canvas& canvas, const PointPx& at, double px_per_unit, double most_px,
+double DrawScaleKey(Canvas& canvas, const PointPx& at, double px_per_unit, double max_px,
                     const std::string& unit, const Stroke& stroke) {
   constexpr double kTextPx = 12;
   constexpr double kEndPx = 4;   // half of the bar's end strokes
   constexpr double kRisePx = 4;  // height of the bar above the baseline
   constexpr double kGapPx = 6;
-  const double value = RoundedDown(most_px / px_per_unit);
+  const double value = RoundedDown(max_px / px_per_unit);
   const double right = at.x + value * px_per_unit;
   const double y = at.y - kRisePx;
   const PointPx bar[] = {{at.x, y}, {right, y}};

@@ -118,7 +118,7 @@ void DrawArrow(Canvas& canvas, const PointPx& from, const PointPx& tip, const St
 
 /// Returns the style, smaller if the text would be wider than `most_px`.
 [[nodiscard]] TextStyle Fitted(const Canvas& canvas, std::string_view text, const TextStyle& style,
-                               double most_px);
+                               double max_px);
 
 void DrawDiamond(Canvas& canvas, const PointPx& at, double radius_px, const Color& fill);
 
@@ -153,7 +153,7 @@ void DrawColorBar(Canvas& canvas, const RectPx& bar, const Range& range, const s
 /// @param px_per_unit  px of the canvas per unit of the value, finite and > 0
 /// @param most_px      maximum length of the bar
 /// @return  the right end of the text
-double DrawScaleKey(Canvas& canvas, const PointPx& at, double px_per_unit, double most_px,
+double DrawScaleKey(Canvas& canvas, const PointPx& at, double px_per_unit, double max_px,
                     const std::string& unit, const Stroke& stroke);
 
 }  // namespace trammel::report

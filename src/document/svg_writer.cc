@@ -71,9 +71,9 @@ std::pair<int, int> Covered(int i, int target, int source) {
 
 }  // namespace
 
-Frame Reduced(const BgrView& image, double most_width, double most_height) {
-  Frame out(std::clamp(static_cast<int>(std::lround(most_width)), 1, image.width),
-            std::clamp(static_cast<int>(std::lround(most_height)), 1, image.height));
+Frame Reduced(const BgrView& image, double max_width, double max_height) {
+  Frame out(std::clamp(static_cast<int>(std::lround(max_width)), 1, image.width),
+            std::clamp(static_cast<int>(std::lround(max_height)), 1, image.height));
   for (int y = 0; y < out.height; ++y) {
     const auto [y0, y1] = Covered(y, out.height, image.height);
     std::uint8_t* to = out.row(y);

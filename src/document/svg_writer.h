@@ -95,6 +95,6 @@ class SvgWriter {
 
 /// Reduces a picture to a size in px, rounded, each pixel the mean of those that it covers. A side
 /// that is already shorter is unchanged. REQUIRES a picture that is not empty.
-[[nodiscard]] Frame Reduced(const BgrView& image, double most_width, double most_height);
+[[nodiscard]] Frame Reduced(const BgrView& image, double max_width, double max_height);
 
 }  // namespace trammel::report

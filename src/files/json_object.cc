@@ -26,7 +26,7 @@ std::string Show(const json& value) {
 
 Result<json> ParseJson(std::string_view text, const std::string& file) {
   // By default JSON would silently drop one of two values with the same key.
-  return ParseBoundedJson(text, file, {.most_levels = 16, .unique_keys = true, .zeros = false});
+  return ParseBoundedJson(text, file, {.max_levels = 16, .unique_keys = true, .zeros = false});
 }
 
 Result<json> ReadJsonFile(const std::filesystem::path& path, std::size_t max_bytes) {

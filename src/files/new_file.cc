@@ -60,12 +60,12 @@ tl::unexpected<Error> ThereAlready(const fs::path& path, std::string_view or_els
 }
 
 std::string RandomName(const std::string& name) {
-  constexpr std::size_t kMostOfName = 100;  // whole names are bounded by the file system
+  constexpr std::size_t kMaxOfName = 100;  // whole names are bounded by the file system
   std::uint64_t number = 0;
   if (getrandom(&number, sizeof number, 0) != sizeof number) {
     number = static_cast<std::uint64_t>(getpid());  // O_EXCL holds whatever the name
   }
-  return fmt::format(".{}.{:016x}.part", name.substr(0, kMostOfName), number);
+  return fmt::format(".{}.{:016x}.part", name.substr(0, kMaxOfName), number);
 }
 
 // Syncs to disk; some file systems do not support that and return these errors.
@@ -233,11 +233,11 @@ Result<void> WriteWholeFile(const fs::path& path, std::string_view bytes, IfTher
 
 namespace {
 
-constexpr std::size_t kMostHolder = 200;
+constexpr std::size_t kMaxHolder = 200;
 
 // Returns the noted holder without unprintable bytes: another program may have written there.
 std::string HolderOf(int descriptor) {
-  char noted[kMostHolder];
+  char noted[kMaxHolder];
   const ssize_t size = ::pread(descriptor, noted, sizeof(noted), 0);
   std::string holder(noted, static_cast<std::size_t>(std::max<ssize_t>(0, size)));
   std::erase_if(holder, [](char c) { return c < ' ' || c > '~'; });
@@ -300,7 +300,7 @@ Result<FileLock> FileLock::Take(const std::filesystem::path& path, std::string_v
     }
     FileLock lock(path, descriptor);
     // Only for messages: on a full disk the lock is valid without it.
-    const std::string_view noted = holder.substr(0, kMostHolder);
+    const std::string_view noted = holder.substr(0, kMaxHolder);
     if (::ftruncate(descriptor, 0) == 0) {
       (void)!::pwrite(descriptor, noted.data(), noted.size(), 0);
     }

@@ -14,7 +14,7 @@
 namespace trammel::image {
 namespace {
 
-constexpr std::size_t kMostBytes = 2'000'000'000;
+constexpr std::size_t kMaxBytes = 2'000'000'000;
 
 std::array<std::uint8_t, 4> Little(std::size_t value) {
   return {static_cast<std::uint8_t>(value), static_cast<std::uint8_t>(value >> 8U),
@@ -108,7 +108,7 @@ int AviWriter::Add(std::span<const std::uint8_t> jpeg) {
   Bytes(chunk_).Tag("00dc").U32(jpeg.size());
   chunk_.insert(chunk_.end(), jpeg.begin(), jpeg.end());
   if (jpeg.size() % 2 == 1) chunk_.push_back(0);
-  if (size_ + chunk_.size() > kMostBytes) return EOVERFLOW;
+  if (size_ + chunk_.size() > kMaxBytes) return EOVERFLOW;
   const std::size_t at = size_;
   const int error = AppendWhole(fd_, chunk_, size_);
   if (error == 0) index_.push_back({at, jpeg.size()});

@@ -16,14 +16,14 @@
 namespace trammel::image {
 namespace {
 
-constexpr std::size_t kMostComponents = 3;
+constexpr std::size_t kMaxComponents = 3;
 
 // Both libjpeg structures report to the compressor, and jump to it.
 struct Cutter {
   JpegCompressor out;
   jpeg_decompress_struct in{};
   jpeg_error_mgr errors{};
-  std::array<jvirt_barray_ptr, kMostComponents> kept{};  // coefficients of the cut
+  std::array<jvirt_barray_ptr, kMaxComponents> kept{};  // coefficients of the cut
 
   explicit Cutter(std::vector<std::uint8_t>& cut) : out(cut) {}
   Cutter(const Cutter&) = delete;

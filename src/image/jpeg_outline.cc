@@ -112,26 +112,26 @@ Result<JpegOutline> OutlineOf(std::span<const std::uint8_t> bytes) {
 }
 
 Result<void> CheckCost(const JpegOutline& outline, std::size_t bytes) {
-  constexpr std::int64_t kMostScans = 100;  // cameras and programs write up to a dozen
-  constexpr double kMostPixelsOfScans = 4e9;
-  constexpr double kMostPixelsOfAByte = 512;  // a bit for each block of 8 x 8
-  if (outline.scans > kMostScans) {
+  constexpr std::int64_t kMaxScans = 100;  // cameras and programs write up to a dozen
+  constexpr double kMaxPixelsOfScans = 4e9;
+  constexpr double kMaxPixelsOfAByte = 512;  // a bit for each block of 8 x 8
+  if (outline.scans > kMaxScans) {
     return Fail(fmt::format(
         "it is a progressive JPEG of {} scans, and at most {} are read; save it again, baseline",
-        outline.scans, kMostScans));
+        outline.scans, kMaxScans));
   }
   const double pixels = static_cast<double>(outline.width_px) * outline.height_px;
-  if (pixels > kMostPixelsOfAByte * static_cast<double>(bytes)) {
+  if (pixels > kMaxPixelsOfAByte * static_cast<double>(bytes)) {
     return Fail(
         fmt::format("its header states {} x {} px, more than its {} bytes can hold; "
                     "it was cut off or is damaged: copy it again",
                     outline.width_px, outline.height_px, bytes));
   }
-  if (outline.whole && pixels * static_cast<double>(outline.scans) > kMostPixelsOfScans) {
+  if (outline.whole && pixels * static_cast<double>(outline.scans) > kMaxPixelsOfScans) {
     return Fail(fmt::format(
         "its {} scans of {} x {} px are more than the {:.0f} megapixels of all scans that are "
         "read; save it again, baseline",
-        outline.scans, outline.width_px, outline.height_px, kMostPixelsOfScans / 1e6));
+        outline.scans, outline.width_px, outline.height_px, kMaxPixelsOfScans / 1e6));
   }
   return {};
 }

@@ -182,7 +182,7 @@ std::vector<PixelRect> PartsOf(int width, int height, int anywhere, Random& rand
 using ::testing::HasSubstr;
 
 // Maximum difference of two decoders with the same transform, computed in another order.
-constexpr double kMostLevels = 2;
+constexpr double kMaxLevels = 2;
 
 // Slopes, an edge and some noise.
 cv::Mat Scene(int width, int height, int channels) {
@@ -237,7 +237,7 @@ void ExpectNear(const Result<cv::Mat>& image, const cv::Mat& expected, const std
   ASSERT_TRUE(image) << what << ": " << image.error().message;
   ASSERT_EQ(image->size(), expected.size()) << what;
   ASSERT_EQ(image->type(), expected.type()) << what;
-  EXPECT_LE(cv::norm(*image, expected, cv::NORM_INF), kMostLevels) << what;
+  EXPECT_LE(cv::norm(*image, expected, cv::NORM_INF), kMaxLevels) << what;
 }
 
 TEST(JpegReader, DecodesAsOpenCvDoes) {
@@ -280,8 +280,8 @@ TEST(JpegReader, PrintsFourInksOnWhite) {
   plain.colRange(16, 32).setTo(cv::Scalar(0, 0, 0, 255));
   const auto printed = Decode(EncodeInks(plain, {JCS_CMYK, false}));
   ASSERT_TRUE(printed) << printed.error().message;
-  EXPECT_GE(printed->ptr(8)[3 * 4], 255 - kMostLevels);
-  EXPECT_LE(printed->ptr(8)[3 * 28], kMostLevels);
+  EXPECT_GE(printed->ptr(8)[3 * 4], 255 - kMaxLevels);
+  EXPECT_LE(printed->ptr(8)[3 * 28], kMaxLevels);
 }
 
 TEST(JpegReader, NamesColoursThatItCannotShow) {

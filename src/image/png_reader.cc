@@ -53,9 +53,9 @@ struct PngReader::State {
 };
 
 bool PngReader::State::Begin(PngPixels pixels) {
-  constexpr png_uint_32 kMostOfASide = 1'000'000;
+  constexpr png_uint_32 kMaxOfASide = 1'000'000;
   if (setjmp(png_jmpbuf(reader)) != 0) return false;
-  png_set_user_limits(reader, kMostOfASide, kMostOfASide);
+  png_set_user_limits(reader, kMaxOfASide, kMaxOfASide);
   png_set_read_fn(reader, this, Give);
   // Skips texts and profiles, which may be compressed, would be unpacked and are not used.
   constexpr char kRemarks[] = "hIST\0iCCP\0iTXt\0sPLT\0tEXt\0zTXt";
@@ -183,10 +183,10 @@ Result<PngOutline> OutlineOfPng(std::span<const std::uint8_t> bytes) {
 }
 
 Result<void> CheckCost(const PngOutline& outline, std::size_t bytes) {
-  constexpr double kMostPacked = 1032;  // deflate's max. ratio
+  constexpr double kMaxPacked = 1032;  // deflate's max. ratio
   const double raster =
       static_cast<double>(outline.width_px) * outline.height_px * std::max(outline.bits, 1) / 8;
-  if (raster <= kMostPacked * static_cast<double>(bytes)) return {};
+  if (raster <= kMaxPacked * static_cast<double>(bytes)) return {};
   return Fail(
       fmt::format("its header states {} x {} px, more than its {} bytes can hold; "
                   "it was cut off or is damaged: copy it again, or scan again",

@@ -112,13 +112,13 @@ PngWriter& PngWriter::operator=(PngWriter&&) noexcept = default;
 PngWriter::~PngWriter() = default;
 
 Result<PngWriter> PngWriter::Create(const PngForm& form, ByteSink sink) {
-  constexpr int kMostOfASide = 1'000'000;
+  constexpr int kMaxOfASide = 1'000'000;
   TRAMMEL_CHECK(form.channels == 1 || form.channels == 3, "{} channels", form.channels);
   TRAMMEL_CHECK(form.bits == 8 || form.bits == 16, "{} bits", form.bits);
-  if (form.width_px < 1 || form.height_px < 1 || form.width_px > kMostOfASide ||
-      form.height_px > kMostOfASide) {
+  if (form.width_px < 1 || form.height_px < 1 || form.width_px > kMaxOfASide ||
+      form.height_px > kMaxOfASide) {
     return Fail(fmt::format("a PNG of {} x {} px; 1 to {} px a side can be written", form.width_px,
-                            form.height_px, kMostOfASide));
+                            form.height_px, kMaxOfASide));
   }
   auto state = std::make_unique<State>();
   state->sink = std::move(sink);

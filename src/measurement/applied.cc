@@ -37,7 +37,7 @@ Result<void> ForEachLine(const fs::path& path,
     while (!rest.empty()) {
       const std::size_t end = rest.find('\n');
       const std::string_view part = rest.substr(0, end);
-      too_long = too_long || line.size() + part.size() > kMostLineBytes;
+      too_long = too_long || line.size() + part.size() > kMaxLineBytes;
       if (!too_long) line += part;
       if (end == std::string_view::npos) break;
       end_line();
@@ -55,8 +55,8 @@ using measurement::Instrument;
 using measurement::Outcome;
 using nlohmann::ordered_json;
 
-constexpr std::size_t kMostApplications = 100;
-constexpr std::size_t kMostParts = 100;  // of a machine that share one value
+constexpr std::size_t kMaxApplications = 100;
+constexpr std::size_t kMaxParts = 100;  // of a machine that share one value
 using Step = Application::Step;
 // Ordered as in Step.
 constexpr std::array kSteps = {"applied", "begun", "undone", "undoing", "not_in_force"};
@@ -103,8 +103,8 @@ std::map<std::string, double> ReadBeforeEach(JsonObject& object) {
   std::map<std::string, double> before;
   const nlohmann::json* each = object.Find("before_each");
   if (each == nullptr) return before;
-  if (!each->is_object() || each->size() > kMostParts) {
-    object.Fault("before_each", fmt::format("must be an object of at most {} keys", kMostParts));
+  if (!each->is_object() || each->size() > kMaxParts) {
+    object.Fault("before_each", fmt::format("must be an object of at most {} keys", kMaxParts));
     return before;
   }
   JsonObject values = object.Inner(*each, "before_each");
@@ -157,7 +157,7 @@ void Take(NotedApplication now, std::vector<NotedApplication>& noted) {
     noted.back().application = Merged(noted.back().application, std::move(now.application));
     return;
   }
-  if (noted.size() == kMostApplications) noted.erase(noted.begin());
+  if (noted.size() == kMaxApplications) noted.erase(noted.begin());
   noted.push_back(std::move(now));
 }
 
@@ -194,7 +194,7 @@ Result<std::map<std::string, std::vector<Application>>> AllApplications(const fs
       now = Merged(applied.back(), std::move(now));
       applied.pop_back();
     }
-    if (applied.size() == kMostApplications) applied.erase(applied.begin());
+    if (applied.size() == kMaxApplications) applied.erase(applied.begin());
     applied.push_back(std::move(now));
   });
   if (!read) return tl::unexpected(read.error());

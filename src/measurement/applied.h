@@ -77,7 +77,7 @@ struct NotedApplication {
     const std::filesystem::path& path);
 
 /// Maximum length of a line.
-inline constexpr std::size_t kMostLineBytes = std::size_t{1} << 20;
+inline constexpr std::size_t kMaxLineBytes = std::size_t{1} << 20;
 
 /// Visits each line that is neither empty nor longer than kMostLineBytes. A last line without a
 /// line feed counts. Errors (kInput): missing, not an ordinary file, not readable.

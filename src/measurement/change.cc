@@ -17,7 +17,7 @@ Measured Difference(const Measured& before, const Measured& after) {
   for (const auto& [side, which] : {std::pair{&before, "before"}, std::pair{&after, "after"}}) {
     if (!side->good()) {
       return Measured::CannotTell(fmt::format("the value {} is {}: {}", which,
-                                              VerdictWords(side->verdict()), side->reason()));
+                                              VerdictText(side->verdict()), side->reason()));
     }
   }
   const Quantity& a = before.quantity();

@@ -287,7 +287,7 @@ Result<void> NoteNozzleChange(const fs::path& recordings, const std::string& utc
     count.bind(2, utc.substr(0, kDay));
     count.executeStep();
     today = count.getColumn(0).getInt();
-    if (today >= kMostChangesADay) return;
+    if (today >= kMaxChangesADay) return;
     SQLite::Statement note(database,
                            "INSERT INTO nozzle_change (utc, printer, after_id) SELECT ?, ?,"
                            " coalesce(max(id), 0) FROM result");
@@ -297,10 +297,10 @@ Result<void> NoteNozzleChange(const fs::path& recordings, const std::string& utc
     database.exec(
         fmt::format("DELETE FROM nozzle_change WHERE rowid <= (SELECT max(rowid) FROM "
                     "nozzle_change) - {}",
-                    kMostChanges));
+                    kMaxChanges));
   });
   if (!why_not.empty()) return Fail(why_not);
-  if (today < kMostChangesADay) return {};
+  if (today < kMaxChangesADay) return {};
   return Fail(fmt::format("{} changes of this printer's nozzle are noted of today already; does a "
                           "macro or a program note them again and again?",
                           today),

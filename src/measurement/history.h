@@ -61,8 +61,8 @@ struct History {
 
 /// Maximum number of nozzle changes recorded a printer, per day and in total: the oldest are
 /// dropped.
-inline constexpr int kMostChangesADay = 20;
-inline constexpr int kMostChanges = 1000;
+inline constexpr int kMaxChangesADay = 20;
+inline constexpr int kMaxChanges = 1000;
 
 /// Records in history.db that a printer's nozzle was changed: earlier measurements do not apply to
 /// the new one. Errors: kInput: it cannot be written; kMeasurement: kMostChangesADay are recorded.

@@ -179,7 +179,7 @@ TEST_F(ResultHistory, KnowsTheOrderOfResultsAndNozzleChangesWhateverTheClock) {
 }
 
 TEST_F(ResultHistory, NotesNozzleChangesADayWithinABound) {
-  for (int i = 0; i < kMostChangesADay; ++i) {
+  for (int i = 0; i < kMaxChangesADay; ++i) {
     ASSERT_TRUE(NoteNozzleChange(folder_.path(), "2026-01-02T00:00:00Z", "printer.local"));
   }
   const auto more = NoteNozzleChange(folder_.path(), "2026-01-02T23:00:00Z", "printer.local");

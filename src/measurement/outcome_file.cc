@@ -19,8 +19,8 @@ using measurement::Instrument;
 using measurement::Outcome;
 using nlohmann::ordered_json;
 
-constexpr std::size_t kMostAnswers = 1000;
-constexpr std::size_t kMostTexts = 1000;
+constexpr std::size_t kMaxAnswers = 1000;
+constexpr std::size_t kMaxTexts = 1000;
 
 ordered_json AnswerJson(const Answer& answer) {
   ordered_json json = {{"name", answer.name}, {"unit", answer.unit}};
@@ -68,7 +68,7 @@ Measured ReadMeasured(JsonObject& object) {
 
 std::vector<std::string> ReadTexts(JsonObject& object, const char* key) {
   std::vector<std::string> texts;
-  for (const nlohmann::json& entry : object.List(key, 0, kMostTexts)) {
+  for (const nlohmann::json& entry : object.List(key, 0, kMaxTexts)) {
     if (!entry.is_string()) {
       object.Fault(key, fmt::format("has {}; it must hold texts", Show(entry)));
       return {};
@@ -80,7 +80,7 @@ std::vector<std::string> ReadTexts(JsonObject& object, const char* key) {
 
 /// Reads the subject, if noted; ignores other keys.
 measurement::Subject ReadSubject(JsonObject& object) {
-  constexpr std::size_t kMostBytes = 1000;
+  constexpr std::size_t kMaxBytes = 1000;
   const nlohmann::json* const json = object.Find("subject");
   if (json == nullptr || object.failed()) return {};
   JsonObject inner = object.Inner(*json, "subject");
@@ -90,8 +90,8 @@ measurement::Subject ReadSubject(JsonObject& object) {
     if (!inner.has(name.c_str())) continue;
     subject.*text = inner.Text(name.c_str());
     const std::size_t bytes = (subject.*text).size();
-    if (bytes > kMostBytes) {
-      inner.Fault(name, fmt::format("has {} bytes; at most {} are kept", bytes, kMostBytes));
+    if (bytes > kMaxBytes) {
+      inner.Fault(name, fmt::format("has {} bytes; at most {} are kept", bytes, kMaxBytes));
     }
   }
   if (const auto read = inner.Faults(); !read) object.Adopt(read.error());
@@ -116,7 +116,7 @@ Outcome ReadKeys(JsonObject& object) {
   const std::string verdict = object.Choice("verdict", {"good", "cannot_tell", "refused"});
   object.Text("reason");
   std::size_t i = 0;
-  for (const nlohmann::json& entry : object.List("answers", 0, kMostAnswers)) {
+  for (const nlohmann::json& entry : object.List("answers", 0, kMaxAnswers)) {
     JsonObject inner = object.Inner(entry, fmt::format("answers[{}]", i++));
     Answer answer{inner.Text("name"), inner.Text("unit"), ReadMeasured(inner)};
     if (outcome.Find(answer.name) != nullptr) {

@@ -38,7 +38,7 @@ struct Offer {
 };
 
 /// Answer of a job, as text.
-struct AnswerInWords {
+struct AnswerSummary {
   Verdict verdict = Verdict::kRefused;
   /// "pressure_advance = 0.0172 s (95 %: 0.0154 to 0.0190 s)", or why there is none.
   std::string words;
@@ -61,7 +61,7 @@ struct JobKind {
   std::vector<std::string> command;  ///< options of the printer, arguments and --out come behind
   bool looks = false;                ///< the command takes --camera
   /// Returns the answer in the folder of a run; null: the kind has none. Errors: there is none.
-  std::function<Result<AnswerInWords>(const std::string& folder)> answer = {};
+  std::function<Result<AnswerSummary>(const std::string& folder)> answer = {};
   /// Returns the command that sets the answer; empty: there is none.
   std::function<std::vector<std::string>(const std::string& folder, const Arguments&)> apply = {};
   /// Describes the use of the answer, for a dialog's question: "Use it until Klipper restarts".
@@ -88,6 +88,6 @@ struct Offerings {
 };
 
 /// Returns the options that pass the printer to a command, one word each.
-[[nodiscard]] std::vector<std::string> OptionWords(const PrinterPlace& place);
+[[nodiscard]] std::vector<std::string> OptionText(const PrinterPlace& place);
 
 }  // namespace trammel::service

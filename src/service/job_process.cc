@@ -18,18 +18,19 @@ namespace trammel::service {
 namespace {
 
 constexpr std::string_view kErrorBegins = "trammel: ";
-constexpr std::size_t kMostLines = 50;
+constexpr std::size_t kMaxLines = 50;
 constexpr std::size_t kLongestLine = 1024;
 constexpr int kInterrupted = 130;  // CONVENTIONS.md
 
 void Add(std::string line, std::vector<std::string>& lines) {
-  if (lines.size() == kMostLines) lines.erase(lines.begin());
+  if (lines.size() == kMaxLines) lines.erase(lines.begin());
   lines.push_back(std::move(line));
 }
 
 }  // namespace
 
-JobEnd JobProcess::Run(const std::vector<std::string>& words, const Tell& tell, const Log& log) {
+JobEnd JobProcess::Run(const std::vector<std::string>& words, const ProgressCallback& tell,
+                       const Log& log) {
   JobEnd end;
   // An update that failed halfway removes the program, while the service continues.
   if (access(words.front().c_str(), X_OK) != 0) {
@@ -69,7 +70,7 @@ JobEnd JobProcess::Run(const std::vector<std::string>& words, const Tell& tell, 
   end.exit_code = ended.exit_code;
   end.stopped = ended.exit_code == kInterrupted;
   end.killed = ended.signal != 0;
-  if (end.killed) end.errors.push_back(fmt::format("its process ended by {}", ended.Words()));
+  if (end.killed) end.errors.push_back(fmt::format("its process ended by {}", ended.Describe()));
   return end;
 }
 
@@ -130,7 +131,7 @@ Result<void> MakeRoomForRun(const fs::path& recordings, const std::string& utc_n
       bytes += size;
     }
   }
-  if (runs >= budget.most_runs_a_day) {
+  if (runs >= budget.max_runs_a_day) {
     return Fail(fmt::format("{} runs were begun today, and no more are taken of clients: go on "
                             "tomorrow, or on the command line",
                             runs),
@@ -138,7 +139,7 @@ Result<void> MakeRoomForRun(const fs::path& recordings, const std::string& utc_n
   }
   std::ranges::sort(kept, {}, [](const Copy& copy) { return std::pair{copy.time, copy.file}; });
   for (const Copy& copy : kept) {
-    if (bytes <= budget.most_copied_bytes) break;
+    if (bytes <= budget.max_copied_bytes) break;
     std::error_code ignored;
     fs::remove(copy.file, ignored);
     bytes -= copy.bytes;

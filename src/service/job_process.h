@@ -27,13 +27,14 @@ struct JobEnd {
 /// Starts a command of trammel, which any thread may stop. Used once only.
 class JobProcess {
  public:
-  using Tell = std::function<void(const procedure::Progress&)>;
+  using ProgressCallback = std::function<void(const procedure::Progress&)>;
   using Log = std::function<void(const std::string&)>;
 
   /// Runs the command to its end. The process is asked to end with this one, and with the calling
   /// thread. @param words  the program's path and its arguments
   /// @param tell  each progress   @param log  each other line of either stream
-  [[nodiscard]] JobEnd Run(const std::vector<std::string>& words, const Tell& tell, const Log& log);
+  [[nodiscard]] JobEnd Run(const std::vector<std::string>& words, const ProgressCallback& tell,
+                           const Log& log);
 
   /// Asks the process to end safely, now or as soon as it has been started.
   void Stop();
@@ -47,8 +48,8 @@ class JobProcess {
 // Limits on the disk space that clients of a service can use.
 
 struct RunBudget {
-  std::size_t most_runs_a_day = 200;                           ///< with a folder
-  std::uintmax_t most_copied_bytes = std::uintmax_t{2} << 30;  ///< total uploads, all runs
+  std::size_t max_runs_a_day = 200;                           ///< with a folder
+  std::uintmax_t max_copied_bytes = std::uintmax_t{2} << 30;  ///< total uploads, all runs
 };
 
 /// Checks that one more run may begin, and removes copies of uploads (photo.jpg, scan-2.pdf), the

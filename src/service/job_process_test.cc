@@ -32,8 +32,8 @@ TEST_F(RunBudgetTest, ADayTakesSoManyRunsAndTheNextAsMany) {
   for (int i = 0; i < 3; ++i) Run(fmt::format("photo-20260102T00000{}Z", i), "result.json", 1);
   Run("photo-20260101T000000Z", "result.json", 1);
   Run("of mine, 20260102", "result.json", 1);
-  EXPECT_TRUE(MakeRoom({.most_runs_a_day = 4}));
-  const auto refused = MakeRoom({.most_runs_a_day = 3});
+  EXPECT_TRUE(MakeRoom({.max_runs_a_day = 4}));
+  const auto refused = MakeRoom({.max_runs_a_day = 3});
   ASSERT_FALSE(refused);
   EXPECT_THAT(refused.error().message, HasSubstr("3 runs were begun today"));
 }
@@ -45,12 +45,12 @@ TEST_F(RunBudgetTest, TheOldestCopiesOfUploadsGoAndNothingElse) {
   const fs::path scan = Run("tool_offset-20260101T000001Z", "scan-2.pdf", 1000);
   const fs::path newest = Run("photo-20260102T000000Z-2", "photo.jpg", 1000);
   const fs::path elsewhere = Run("my photos", "photo.jpg", 5000);
-  ASSERT_TRUE(MakeRoom({.most_copied_bytes = 3000}));
+  ASSERT_TRUE(MakeRoom({.max_copied_bytes = 3000}));
   EXPECT_TRUE(fs::exists(oldest));
-  ASSERT_TRUE(MakeRoom({.most_copied_bytes = 2500}));
+  ASSERT_TRUE(MakeRoom({.max_copied_bytes = 2500}));
   EXPECT_FALSE(fs::exists(oldest));
   EXPECT_TRUE(fs::exists(scan));
-  ASSERT_TRUE(MakeRoom({.most_copied_bytes = 1000}));
+  ASSERT_TRUE(MakeRoom({.max_copied_bytes = 1000}));
   EXPECT_FALSE(fs::exists(scan));
   for (const fs::path& file : {result, mine, newest, elsewhere})
     EXPECT_TRUE(fs::exists(file)) << file;
@@ -63,7 +63,7 @@ TEST_F(RunBudgetTest, NoLinkIsFollowed) {
   fs::create_directories(folder_.path() / "photo-20260101T000001Z");
   fs::create_symlink(other.path() / "photo.jpg",
                      folder_.path() / "photo-20260101T000001Z/photo.jpg");
-  ASSERT_TRUE(MakeRoom({.most_copied_bytes = 0}));
+  ASSERT_TRUE(MakeRoom({.max_copied_bytes = 0}));
   EXPECT_TRUE(fs::exists(other.path() / "photo.jpg"));
   EXPECT_TRUE(fs::is_symlink(folder_.path() / "photo-20260101T000001Z/photo.jpg"));
 }

@@ -77,8 +77,8 @@ using files::JsonObject;
 using Json = nlohmann::ordered_json;
 
 constexpr int kFormat = 1;
-constexpr std::size_t kMostBytes = 1 << 20;
-constexpr std::size_t kMostArguments = 20;
+constexpr std::size_t kMaxBytes = 1 << 20;
+constexpr std::size_t kMaxArguments = 20;
 constexpr std::size_t kLongestText = 4096;
 
 constexpr std::size_t kLongestMessage = kLongestText - 16;  // before its ellipsis
@@ -101,7 +101,7 @@ Json JsonOfKept(const Kept& kept, const std::string& run, const Texts& texts) {
 Arguments ReadArguments(JsonObject& object) {
   Arguments arguments;
   const nlohmann::json* const found = object.Find("arguments");
-  if (found == nullptr || !found->is_object() || found->size() > kMostArguments) {
+  if (found == nullptr || !found->is_object() || found->size() > kMaxArguments) {
     object.Fault("arguments", "is no object of at most 20 texts");
     return arguments;
   }
@@ -192,14 +192,14 @@ Result<KeptState> ParseKeptState(std::string_view text, const std::string& file)
 Result<KeptState> ReadKeptState(const fs::path& path) {
   std::error_code ignored;
   if (!fs::exists(fs::symlink_status(path, ignored))) return KeptState();
-  const auto text = TRY(files::ReadNamedFile(path, kMostBytes));
+  const auto text = TRY(files::ReadNamedFile(path, kMaxBytes));
   return ParseKeptState(text, path.string());
 }
 
 namespace {
 
 constexpr std::string_view kEnding = ".png";
-constexpr std::size_t kMostRemoved = 100;  // per cleanup
+constexpr std::size_t kMaxRemoved = 100;  // per cleanup
 
 /// Returns the start of a run from the name of its picture; empty if it is none:
 /// JOB-TIME[-NUMBER].png.
@@ -229,9 +229,9 @@ void RemoveOldest(machine::Printer& printer, const machine::WaitLimit& limit) {
     std::string time = TimeIn(name);
     if (!time.empty()) pictures.emplace_back(std::move(time), std::move(name));
   }
-  if (pictures.size() <= kMostPictures) return;
+  if (pictures.size() <= kMaxPictures) return;
   std::ranges::sort(pictures);
-  pictures.resize(std::min(pictures.size() - kMostPictures, kMostRemoved));
+  pictures.resize(std::min(pictures.size() - kMaxPictures, kMaxRemoved));
   for (const auto& [time, name] : pictures) {
     const auto removed =
         printer.CallServer("server.files.delete_file",
@@ -246,9 +246,9 @@ bool IsResultPicture(const std::string& name) { return !TimeIn(name).empty(); }
 
 Result<void> StorePicture(machine::Printer& printer, const std::string& run, std::string_view png,
                           const machine::WaitLimit& limit) {
-  if (png.size() > kMostPictureBytes) {
+  if (png.size() > kMaxPictureBytes) {
     return Fail(fmt::format("the picture of {} has {} bytes; at most {} are stored", run,
-                            png.size(), kMostPictureBytes));
+                            png.size(), kMaxPictureBytes));
   }
   auto stored =
       printer.UploadConfig(fmt::format("{}/{}{}", kPictureFolder, run, kEnding), png, limit);

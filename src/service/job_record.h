@@ -92,8 +92,8 @@ struct KeptState {
 inline constexpr std::string_view kPictureFolder = "trammel";
 /// Figure of the answer, in the folder of a run.
 inline constexpr const char* kAnswerPicture = "answer.png";
-inline constexpr std::size_t kMostPictures = 20;
-inline constexpr std::size_t kMostPictureBytes = std::size_t{4} << 20;
+inline constexpr std::size_t kMaxPictures = 20;
+inline constexpr std::size_t kMaxPictureBytes = std::size_t{4} << 20;
 
 /// Stores a run's picture, and removes the oldest of more than kMostPictures: only files with such
 /// a name (run and ".png"). If they cannot be listed or removed, the picture still remains.

@@ -46,7 +46,7 @@ void AddOption(const std::string& name, const std::string& value, std::vector<st
 
 }  // namespace
 
-std::vector<std::string> OptionWords(const PrinterPlace& place) {
+std::vector<std::string> OptionText(const PrinterPlace& place) {
   std::vector<std::string> words;
   AddOption("config", place.config, words);
   for (const std::string& set : place.set) AddOption("set", set, words);
@@ -160,12 +160,12 @@ Result<RunRecord> JobServer::Begin(Plan plan) {
 void JobServer::RunJob(const RunRecord& run, const Plan& plan, JobProcess& process) {
   SendRunEvent(run);
   // The calling macro waits for a message, and reports if there is none.
-  Tell({plan.applies ? "applying" : "at work"});
+  Announce({plan.applies ? "applying" : "at work"});
   std::vector<std::string> words = {options_.program, "--progress", "json"};
   const std::vector<std::string> own =
       plan.applies ? plan.kind->apply(plan.folder, plan.arguments) : plan.kind->command;
   words.insert(words.end(), own.begin(), own.end());
-  const std::vector<std::string> places = OptionWords(options_.place);
+  const std::vector<std::string> places = OptionText(options_.place);
   words.insert(words.end(), places.begin(), places.end());
   if (!plan.applies) {
     if (plan.kind->looks) AddOption("camera", options_.place.camera, words);
@@ -181,7 +181,7 @@ void JobServer::RunJob(const RunRecord& run, const Plan& plan, JobProcess& proce
   }
   const auto before = plan.applies ? NotedOf(plan.folder) : std::vector<files::Application>();
   const JobEnd end = process.Run(
-      words, [this](const procedure::Progress& progress) { Hear(progress); }, options_.log);
+      words, [this](const procedure::Progress& progress) { OnProgress(progress); }, options_.log);
   if (end.killed) BringBackWhatItLeft();
   Conclude(plan, end, before);
 }
@@ -194,7 +194,7 @@ std::vector<files::Application> JobServer::NotedOf(const std::string& folder) co
   return noted ? std::move((*noted)[result]) : std::vector<files::Application>();
 }
 
-void JobServer::Hear(const procedure::Progress& progress) {
+void JobServer::OnProgress(const procedure::Progress& progress) {
   RunRecord run;
   {
     const std::lock_guard lock(mutex_);
@@ -209,9 +209,9 @@ void JobServer::Hear(const procedure::Progress& progress) {
     run = *run_;
   }
   SendRunEvent(run);
-  Tell({progress.remaining_s
-            ? fmt::format("{}, about {:.0f} s", progress.text, *progress.remaining_s)
-            : progress.text});
+  Announce({progress.remaining_s
+                ? fmt::format("{}, about {:.0f} s", progress.text, *progress.remaining_s)
+                : progress.text});
 }
 
 // A job killed, for example, for lack of memory relies on the printer's own limits for heaters and
@@ -223,7 +223,7 @@ void JobServer::BringBackWhatItLeft() {
     printer = printer_;
   }
   if (printer == nullptr || !options_.bring_back) return;
-  options_.bring_back(*printer, [this](const std::string& text) { Tell({text}); });
+  options_.bring_back(*printer, [this](const std::string& text) { Announce({text}); });
 }
 
 void JobServer::Conclude(const Plan& plan, const JobEnd& end,
@@ -231,7 +231,7 @@ void JobServer::Conclude(const Plan& plan, const JobEnd& end,
   constexpr int kGood = 0;
   constexpr int kNotTrusted = 2;  // CONVENTIONS.md
   for (const std::string& error : end.errors) {
-    if (&error != &end.errors.back()) Tell({error});  // the last one ends the run's own message
+    if (&error != &end.errors.back()) Announce({error});  // the last one ends the run's own message
   }
   RunRecord run;
   {
@@ -244,7 +244,7 @@ void JobServer::Conclude(const Plan& plan, const JobEnd& end,
     return ConcludeResult(plan, run, end);
   }
   const bool is_set = plan.applies && WasSet(before, NotedOf(plan.folder));
-  Words words;
+  Announcement words;
   std::optional<Proposal> proposal;
   if (end.exit_code == kGood && !plan.applies) {
     run.end = RunEnd::kDone;
@@ -254,7 +254,7 @@ void JobServer::Conclude(const Plan& plan, const JobEnd& end,
   } else if (end.exit_code == kGood) {
     run.end = RunEnd::kDone;
     for (const std::string& line : end.output) {
-      if (!words.text.empty()) Tell(std::move(words));
+      if (!words.text.empty()) Announce(std::move(words));
       words = {WithoutColumns(line)};
       run.message += (run.message.empty() ? "" : "; ") + words.text;
     }
@@ -295,15 +295,15 @@ void JobServer::ConcludeResult(const Plan& plan, RunRecord run, const JobEnd& en
   if (answer) run.verdict = ToString(answer->verdict);
   ShowPicture(run);
   if (answer) {
-    for (const std::string& line : answer->lines) Tell({line});
+    for (const std::string& line : answer->lines) Announce({line});
   }
   if (!answer || answer->verdict != Verdict::kGood || !answer->why_not_set.empty()) {
-    Words words{run.message, procedure::Buttons::kClose};
+    Announcement words{run.message, procedure::Buttons::kClose};
     if (answer && !answer->why_not_set.empty()) words.text += ". " + answer->why_not_set;
     return EndRun(std::move(run), {}, std::move(words));
   }
   const Proposal proposal{run.id, plan.job, plan.folder, plan.arguments};
-  EndRun(std::move(run), proposal, ProposalWords({proposal, plan.kind, *answer}));
+  EndRun(std::move(run), proposal, ProposalText({proposal, plan.kind, *answer}));
 }
 
 std::string JobServer::InForce(const JobKind& kind) const {
@@ -312,7 +312,7 @@ std::string JobServer::InForce(const JobKind& kind) const {
   return printer_ != nullptr ? kind.in_force(printer_->LastState()) : std::string();
 }
 
-JobServer::Words JobServer::ProposalWords(const Waiting& waiting) const {
+JobServer::Announcement JobServer::ProposalText(const Waiting& waiting) const {
   const auto& [proposal, kind, answer] = waiting;
   const std::string now = InForce(*kind);
   const std::string notice = answer.notice.empty() ? "" : ". " + answer.notice;
@@ -326,7 +326,7 @@ JobServer::Words JobServer::ProposalWords(const Waiting& waiting) const {
                       answer.notice.empty() ? "" : " " + answer.notice)};
 }
 
-void JobServer::EndRun(RunRecord run, std::optional<Proposal> proposal, Words words) {
+void JobServer::EndRun(RunRecord run, std::optional<Proposal> proposal, Announcement words) {
   run.phase = "ended";
   run.ended = options_.utc_now();
   run.progress.reset();
@@ -339,7 +339,7 @@ void JobServer::EndRun(RunRecord run, std::optional<Proposal> proposal, Words wo
     Keep();
   }
   SendRunEvent(run);
-  Tell(std::move(words));
+  Announce(std::move(words));
   malloc_trim(0);  // the service waits for days with what a run needed for a moment
 }
 
@@ -401,7 +401,7 @@ void JobServer::ShowPicture(const RunRecord& run) {
     printer = printer_;
   }
   if (printer == nullptr) return;
-  const auto png = files::ReadWholeFile(file, kMostPictureBytes);
+  const auto png = files::ReadWholeFile(file, kMaxPictureBytes);
   const auto stored =
       png ? StorePicture(*printer, run.id, *png, {kPatience_s}) : tl::unexpected(png.error());
   options_.log(stored ? fmt::format("  picture: config/{}/{}.png", kPictureFolder, run.id)

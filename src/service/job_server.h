@@ -74,7 +74,7 @@ class JobServer {
 
  private:
   /// Text on the screen, with or without buttons.
-  struct Words {
+  struct Announcement {
     std::string text;
     std::optional<procedure::Buttons> buttons = {};
     std::string question = {};  ///< dialog's question, replaces the text
@@ -123,7 +123,7 @@ class JobServer {
   [[nodiscard]] std::string WhoHasThePrinter() const;
   [[nodiscard]] std::string NewRunId(const std::string& job) const;
   void RunJob(const RunRecord& run, const Plan& plan, JobProcess& process);
-  void Hear(const procedure::Progress& progress);
+  void OnProgress(const procedure::Progress& progress);
   void BringBackWhatItLeft();
   /// @param before  what was noted of the plan's result before the job
   void Conclude(const Plan& plan, const JobEnd& end, const std::vector<files::Application>& before);
@@ -136,13 +136,13 @@ class JobServer {
   struct Waiting {
     Proposal proposal;
     const JobKind* kind = nullptr;
-    AnswerInWords answer;
+    AnswerSummary answer;
   };
   /// Finds the pending answer; the result file decides if there is one.
   [[nodiscard]] std::optional<Waiting> FindWaiting(std::optional<Proposal> proposal) const;
   [[nodiscard]] std::optional<Waiting> FindWaiting() const;
-  [[nodiscard]] Words ProposalWords(const Waiting& waiting) const;
-  void EndRun(RunRecord run, std::optional<Proposal> proposal, Words words);
+  [[nodiscard]] Announcement ProposalText(const Waiting& waiting) const;
+  void EndRun(RunRecord run, std::optional<Proposal> proposal, Announcement words);
   [[nodiscard]] bool Dismiss();
   /// Records that the nozzle was changed, and drops the pending answer, which was the old one's.
   /// Errors: kMachine while a job runs; kInput: not written.
@@ -162,8 +162,8 @@ class JobServer {
   /// True if the printer's macros are of this trammel; otherwise reports the remedy.
   [[nodiscard]] bool HasOurMacros();
   void OfferProposalAgain(const std::stop_token& stop);
-  void Tell(Words words);  // written down now, shown by Serve's thread
-  void Show(const Words& words, bool ending);
+  void Announce(Announcement words);  // written down now, shown by Serve's thread
+  void Show(const Announcement& words, bool ending);
   void ShowAll(bool ending);
 
   const JobServerOptions options_;
@@ -173,7 +173,7 @@ class JobServer {
   mutable std::mutex mutex_;  // guards the members below, but screen_
   std::condition_variable_any called_;
   std::deque<Call> calls_;
-  std::deque<Words> words_;
+  std::deque<Announcement> words_;
   machine::Printer* printer_ = nullptr;  // while it is served
   std::optional<RunRecord> run_;         // the last one
   std::optional<Proposal> proposal_;

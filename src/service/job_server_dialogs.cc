@@ -16,8 +16,8 @@ using nlohmann::json;
 constexpr double kCommand_s = 30;
 constexpr double kOfferLasts_s = 600;  // a bed that was empty may not be so an hour later
 // Limit for a button pressed repeatedly; further calls repeat the same one.
-constexpr std::size_t kMostCalls = 8;
-constexpr std::size_t kMostWords = 100;  // while the printer cannot hear them
+constexpr std::size_t kMaxCalls = 8;
+constexpr std::size_t kMaxWords = 100;  // while the printer cannot hear them
 constexpr std::size_t kLongestArgument = 200;
 
 constexpr const char* kToken = "token";
@@ -46,7 +46,7 @@ Result<void> JobServer::Register(const std::stop_token& stop) {
         method,
         [this, what, job, names](const json& called) {
           const std::lock_guard lock(mutex_);
-          if (calls_.size() < kMostCalls) {
+          if (calls_.size() < kMaxCalls) {
             calls_.push_back({what, job, ArgumentsOf(called, names)});
           }
           called_.notify_all();
@@ -200,14 +200,14 @@ void JobServer::OfferProposalAgain(const std::stop_token& stop) {
   if (!FindWaiting()) return;
   // Klipper starts later than Moonraker. Until it is ready it calls no macro either.
   if (!printer_->WaitUntilReady({kPatience_s, stop})) return;
-  if (const auto waiting = FindWaiting()) Tell(ProposalWords(*waiting));
+  if (const auto waiting = FindWaiting()) Announce(ProposalText(*waiting));
 }
 
-void JobServer::Tell(Words words) {
+void JobServer::Announce(Announcement words) {
   options_.log("  " + words.text);
   if (words.text.starts_with(' ')) return;  // progress of a wait: for the log only
   const std::lock_guard lock(mutex_);
-  if (words_.size() == kMostWords) words_.pop_front();
+  if (words_.size() == kMaxWords) words_.pop_front();
   words_.push_back(std::move(words));
   called_.notify_all();
 }
@@ -216,14 +216,14 @@ void JobServer::ShowAll(bool ending) {
   for (;;) {
     std::unique_lock lock(mutex_);
     if (words_.empty()) return;
-    const Words words = std::move(words_.front());
+    const Announcement words = std::move(words_.front());
     words_.pop_front();
     lock.unlock();
     Show(words, ending);
   }
 }
 
-void JobServer::Show(const Words& words, bool ending) {
+void JobServer::Show(const Announcement& words, bool ending) {
   // Messages wait for the printer's current commands, for example homing; only briefly at the end
   // of the service, since the last message of a stopped calibration also matters.
   constexpr double kPatience_s = 300;
@@ -240,7 +240,7 @@ void JobServer::Show(const Words& words, bool ending) {
   // After a restart another value is in force.
   if (waited && words.buttons == procedure::Buttons::kUse) {
     const auto waiting = FindWaiting();
-    return waiting ? Show(ProposalWords(*waiting), ending) : void();
+    return waiting ? Show(ProposalText(*waiting), ending) : void();
   }
   auto shown = screen_->Show(words.text, limit);
   if (shown && words.buttons)

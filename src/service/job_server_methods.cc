@@ -17,8 +17,8 @@ namespace fs = std::filesystem;
 using machine::RpcAnswer;
 using nlohmann::json;
 
-constexpr std::size_t kMostText = 200;
-constexpr std::int64_t kMostHistory = 1000;
+constexpr std::size_t kMaxText = 200;
+constexpr std::int64_t kMaxHistory = 1000;
 
 RpcAnswer Ok(json result) { return {.result = std::move(result)}; }
 
@@ -31,7 +31,7 @@ std::optional<RpcAnswer> CheckKeys(const json& params, std::initializer_list<con
   if (!params.is_object()) return Invalid("the arguments must be an object");
   for (const auto& [key, value] : params.items()) {
     if (std::find(known.begin(), known.end(), key) == known.end()) {
-      return Invalid(fmt::format("there is no argument '{}'", key.substr(0, kMostText)));
+      return Invalid(fmt::format("there is no argument '{}'", key.substr(0, kMaxText)));
     }
   }
   return std::nullopt;
@@ -41,8 +41,8 @@ std::optional<RpcAnswer> CheckKeys(const json& params, std::initializer_list<con
 Result<std::string> TextOf(const json& params, const char* key) {
   const auto found = params.find(key);
   if (found == params.end() || found->is_null()) return std::string();
-  if (!found->is_string() || found->get_ref<const std::string&>().size() > kMostText) {
-    return Fail(fmt::format("'{}' must be a text of at most {} bytes", key, kMostText));
+  if (!found->is_string() || found->get_ref<const std::string&>().size() > kMaxText) {
+    return Fail(fmt::format("'{}' must be a text of at most {} bytes", key, kMaxText));
   }
   return found->get<std::string>();
 }
@@ -61,7 +61,7 @@ Result<Arguments> ArgumentsOf(const json& params, const JobKind& kind) {
   if (!found->is_object()) return Fail("'arguments' must be an object");
   for (const auto& [key, value] : found->items()) {
     if (std::find(kind.arguments.begin(), kind.arguments.end(), key) == kind.arguments.end()) {
-      return Fail(fmt::format("{} takes no '{}'", kind.name, key.substr(0, kMostText)));
+      return Fail(fmt::format("{} takes no '{}'", kind.name, key.substr(0, kMaxText)));
     }
     auto text = TRY(TextOf(*found, key.c_str()));
     if (text.find('\0') != std::string::npos) return Fail(fmt::format("'{}' holds a zero", key));
@@ -74,9 +74,9 @@ Result<files::HistoryQuery> QueryOf(const json& params) {
   files::HistoryQuery query;
   if (const auto last = params.find("last"); last != params.end()) {
     const bool good = last->is_number_integer() && last->get<std::int64_t>() >= 1 &&
-                      last->get<std::int64_t>() <= kMostHistory;
+                      last->get<std::int64_t>() <= kMaxHistory;
     if (!good) {
-      return Fail(fmt::format("'last' must be a whole number, 1 ... {}", kMostHistory));
+      return Fail(fmt::format("'last' must be a whole number, 1 ... {}", kMaxHistory));
     }
     query.last = last->get<std::size_t>();
   }

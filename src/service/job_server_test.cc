@@ -94,12 +94,12 @@ class JobServerTest : public ::testing::Test {
       EXPECT_EQ(place.address, "voron");
       return std::string("Use it");
     };
-    kind.answer = [this](const std::string& folder) -> Result<AnswerInWords> {
+    kind.answer = [this](const std::string& folder) -> Result<AnswerSummary> {
       if (several_) return *several_;
       const auto outcome = TRY(files::ReadOutcome(folder));
       const Measured& value = outcome.answers.front().value;
-      if (!value.good()) return AnswerInWords{value.verdict(), value.reason()};
-      return AnswerInWords{Verdict::kGood, "0.01720 s"};
+      if (!value.good()) return AnswerSummary{value.verdict(), value.reason()};
+      return AnswerSummary{Verdict::kGood, "0.01720 s"};
     };
     const PrinterPlace place{
         .config = "trammel.toml", .set = {"a=1"}, .address = "voron", .material = "pla"};
@@ -161,7 +161,7 @@ class JobServerTest : public ::testing::Test {
   void WaitForEnd() {
     WaitUntil([this] { return !Status()["busy"].get<bool>(); });
   }
-  std::vector<std::string> ProgramsWords() {
+  std::vector<std::string> ProgramArguments() {
     std::vector<std::string> words;
     std::string text = test::ReadWhole(folder_.path() / "words");
     for (std::size_t end = 0; (end = text.find('\n')) != std::string::npos;) {
@@ -194,7 +194,7 @@ class JobServerTest : public ::testing::Test {
   test::TemporaryFolder folder_;
   procedure::testing::FakePrinter printer_;
   std::function<void()> in_force_ = [] {};
-  std::optional<AnswerInWords> several_;
+  std::optional<AnswerSummary> several_;
   std::string blocker_;
   std::string message_;
   bool starts_unasked_ = false;
@@ -221,7 +221,7 @@ TEST_F(JobServerTest, ARunIsFollowedToItsAnswerAndNothingIsApplied) {
   EXPECT_EQ(result["result"]["verdict"], "good");
   EXPECT_EQ(result["run"]["complete"], true);
   const std::string out = "--out=" + (folder_.path() / "recordings" / kRun).string();
-  EXPECT_THAT(ProgramsWords(),
+  EXPECT_THAT(ProgramArguments(),
               ElementsAre("--progress", "json", "pa", "calibrate", "--config=trammel.toml",
                           "--set=a=1", "--printer=voron", "--material=pla", "--filament=--out=x y",
                           "--set=filament.nozzle_temperature=240", out));
@@ -242,7 +242,7 @@ TEST_F(JobServerTest, ARunIsFollowedToItsAnswerAndNothingIsApplied) {
 }
 
 TEST_F(JobServerTest, AnAnswerOfSeveralValuesIsSaidLineByLineAndOfferedAtOnce) {
-  several_ = AnswerInWords{Verdict::kGood, "T1 and T2", {"tool_offset T1 x = 1", "tool_offset T2"}};
+  several_ = AnswerSummary{Verdict::kGood, "T1 and T2", {"tool_offset T1 x = 1", "tool_offset T2"}};
   MakeServer();
   Serve();
   (void)Start();
@@ -273,7 +273,7 @@ TEST_F(JobServerTest, AnAnswerThatIsNotGoodIsNoProposal) {
   EXPECT_EQ(CodeOf("start", {{"job", "apply"}}), kNothing);
 }
 
-TEST_F(JobServerTest, AFailureIsToldInItsLastErrorsWords) {
+TEST_F(JobServerTest, AFailureIsToldInItsLastErrorsText) {
   Program(
       "echo 'trammel: NOT AS IT WAS: the bed' >&2\necho 'trammel: the camera is away' >&2\n"
       "echo '  > details' >&2\n",
@@ -349,7 +349,7 @@ TEST_F(JobServerTest, RequestsThatMakeNoSenseAreRefusedByName) {
   blocker_ = "name the material";
   EXPECT_EQ(CodeOf("start", {{"job", "measure"}}), kRefused);
   EXPECT_EQ(Status()["jobs"][0]["blocker"], "name the material");
-  EXPECT_THAT(ProgramsWords(), ElementsAre());
+  EXPECT_THAT(ProgramArguments(), ElementsAre());
 }
 
 TEST_F(JobServerTest, AProposalSurvivesARestartAndIsOfferedAgainUntilItIsDecidedOn) {
@@ -399,7 +399,7 @@ TEST_F(JobServerTest, ApplyingRunsTheCommandAndDecidesTheProposal) {
   EXPECT_EQ(Status()["run"]["end"], "done");
   EXPECT_EQ(Status()["run"]["message"], "pressure advance 0.0450 -> 0.0172 s; kept for x");
   EXPECT_EQ(Status()["proposal"], nullptr);
-  EXPECT_THAT(ProgramsWords(),
+  EXPECT_THAT(ProgramArguments(),
               ElementsAre("--progress", "json", "pa", "apply",
                           (folder_.path() / "recordings" / run).string(), "--config=trammel.toml",
                           "--set=a=1", "--printer=voron"));

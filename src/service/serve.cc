@@ -22,7 +22,7 @@ struct Served {
 };
 
 // Logs the jobs' temperatures, and missing requirements, before the first request.
-void SayWhatIsOffered(const JobServerOptions& server) {
+void PrintWhatIsOffered(const JobServerOptions& server) {
   for (const JobKind& kind : server.jobs) {
     const auto offer = kind.check(server.place, {}, nullptr);
     std::string words = "moves and heats nothing";
@@ -53,7 +53,7 @@ Result<std::unique_ptr<machine::Printer>> ConnectPatiently(const ServedPrinter& 
 
 Served ServeOne(const ServedPrinter& served, JobServer& server, const std::stop_token& stop) {
   constexpr double kAgain_s = 5;
-  SayWhatIsOffered(served.server);
+  PrintWhatIsOffered(served.server);
   for (;;) {
     const auto printer = ConnectPatiently(served, stop);
     if (!printer) {
@@ -85,7 +85,7 @@ void Attend(const ServedPrinter& served, const Attendant& attendant, const std::
   do {
     std::vector<std::string> words = {server.program};
     words.insert(words.end(), attendant.command.begin(), attendant.command.end());
-    const std::vector<std::string> place = OptionWords(server.place);
+    const std::vector<std::string> place = OptionText(server.place);
     words.insert(words.end(), place.begin(), place.end());
     words.push_back(fmt::format(
         "--out={}",

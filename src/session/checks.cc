@@ -79,7 +79,7 @@ std::vector<Check> CheckReady(const Session& session) {
   auto state = session.printer.State(session.Within(kAsk_s));
   if (state && state->readiness == PrinterReadiness::kStartup) {
     constexpr double kStart_s = 60;
-    session.Say("waiting for the printer to start", kStart_s);
+    session.Report("waiting for the printer to start", kStart_s);
     if (auto ready = session.printer.WaitUntilReady(session.Within(kStart_s)); !ready) {
       return {NotMade("printer", ready.error())};
     }

@@ -67,7 +67,7 @@ Result<void> HeatersOff(const Session& session, const std::string& why) {
     if (heater.target_c > 0) lines.push_back(TargetLine(name, 0));
   }
   auto off = RunAll(session, lines);
-  if (off) session.Say(fmt::format("switched off what {} left on: {}", why, on));
+  if (off) session.Report(fmt::format("switched off what {} left on: {}", why, on));
   return off;
 }
 
@@ -152,7 +152,7 @@ Result<bool> BringBack(const Session& session, const settings::ScanSettings& set
   const Remains remains = RemainsOf(journal, now);
   const std::string script = GcodeStateScript(journal, now, remains.back);
   const auto restored = session.printer.Run(script, session.Within(kScript_s));
-  if (!restored && SaysUnknownState(restored.error().message, journal.run)) return false;
+  if (!restored && IsUnknownState(restored.error().message, journal.run)) return false;
   if (!restored) return tl::unexpected(restored.error());
   std::vector<std::string> lines;
   if (!journal.without_laser && remains.print.empty()) {
@@ -163,8 +163,8 @@ Result<bool> BringBack(const Session& session, const settings::ScanSettings& set
   back.insert(remains.off.begin(), remains.off.end());
   for (std::string& line : SettingLines(back)) lines.push_back(std::move(line));
   TRY(RunAll(session, lines));
-  session.Say(fmt::format("{}: {}", WhatBecameOf(journal),
-                          Describe(remains, "brought back ", "left as they are")));
+  session.Report(fmt::format("{}: {}", WhatBecameOf(journal),
+                             Describe(remains, "brought back ", "left as they are")));
   return true;
 }
 
@@ -178,7 +178,8 @@ Result<void> Finish(const Session& session, const settings::ScanSettings& settin
                 brought.error().kind);
   }
   if (!*brought) {
-    session.Say(fmt::format("{}, and nothing of it is left on the printer", WhatBecameOf(journal)));
+    session.Report(
+        fmt::format("{}, and nothing of it is left on the printer", WhatBecameOf(journal)));
   }
   // A print that had ended by itself leaves its file; there may be none.
   if (!journal.upload.empty()) {
@@ -194,7 +195,7 @@ Result<void> Finish(const Session& session, const settings::ScanSettings& settin
 // Without a readable journal the run's changes are unknown: the heaters are switched off to be
 // safe.
 Result<void> GiveUp(const Session& session, const fs::path& path, const Error& error) {
-  session.Say(
+  session.Report(
       fmt::format("a run died here, and what has to come back cannot be read: look whether "
                   "pressure advance and limits are right ({})",
                   error.message));
@@ -219,12 +220,12 @@ Error Taken(const std::string& owner) {
                   owner, kReleaseByHand)};
 }
 
-void SayWhereItStillPrints(const Session& session, const fs::path& path) {
+void ReportPrintInProgress(const Session& session, const fs::path& path) {
   const auto journal = files::ReadJournal(path);
   const auto now = session.printer.State(session.Within(kAsk_s));
   if (!journal || !*journal || !now || now->print_file != (*journal)->upload) return;
   if (OthersJob(*now, "").empty()) return;
-  session.Say(
+  session.Report(
       fmt::format("{}, and its print is still under way: cancel it, or let it end. Heaters that it "
                   "leaves on go off by the printer's own limit, or with the next run",
                   WhatBecameOf(**journal)));
@@ -273,7 +274,7 @@ Result<void> RestoreGcodeState(const Session& session, const RunJournal& journal
   return session.printer.Run(script, session.Within(kScript_s));
 }
 
-bool SaysUnknownState(const std::string& message, const std::string& run) {
+bool IsUnknownState(const std::string& message, const std::string& run) {
   return message.find("Unknown g-code state: " + GcodeStateName(run)) != std::string::npos;
 }
 
@@ -320,9 +321,9 @@ void FinishDeadRunsWhereFree(const Session& session, const settings::ScanSetting
   if (!fs::exists(path, ignored)) return;
   const auto lock = files::FileLock::Take(files::LockPath(state_folder, address), "a start");
   if (!lock) return;
-  if (!CheckStillFree(session)) return SayWhereItStillPrints(session, path);
+  if (!CheckStillFree(session)) return ReportPrintInProgress(session, path);
   const auto finished = FinishDeadRuns(session, settings, state_folder, address);
-  if (!finished) session.Say(finished.error().message);
+  if (!finished) session.Report(finished.error().message);
 }
 
 Result<void> EndDeadPrint(const Session& session, const fs::path& state_folder,
@@ -335,9 +336,9 @@ Result<void> EndDeadPrint(const Session& session, const fs::path& state_folder,
   Session dead = session;
   dead.own_file = (*journal)->upload;
   if (now.print_file != dead.own_file || OthersJob(now, "").empty()) return {};
-  session.Say(fmt::format("{}, and its print is still under way", WhatBecameOf(**journal)));
+  session.Report(fmt::format("{}, and its print is still under way", WhatBecameOf(**journal)));
   const EndedPrint ended = EndOwnPrint(dead, now, park);
-  for (const std::string& left : ended.lost) session.Say(left);
+  for (const std::string& left : ended.lost) session.Report(left);
   if (ended.failed.empty()) return {};
   return Fail(ended.failed.front(), ErrorKind::kMachine);
 }

@@ -28,12 +28,12 @@ namespace trammel::procedure {
 
 /// Restores a run's saved G-code state, without a move. If the run changes tools, G-code's offset
 /// remains that of the mounted tool: another tool's would be wrong by millimetres. Errors: as the
-/// printer's; SaysUnknownState.
+/// printer's; IsUnknownState.
 [[nodiscard]] Result<void> RestoreGcodeState(const Session& session,
                                              const files::RunJournal& journal);
 
 /// True if Klipper refuses to restore the run's G-code state because it does not know it.
-[[nodiscard]] bool SaysUnknownState(const std::string& message, const std::string& run);
+[[nodiscard]] bool IsUnknownState(const std::string& message, const std::string& run);
 
 /// Returns the run that armed the printer's own limit (klipper/trammel.cfg); empty: none.
 [[nodiscard]] Result<std::string> OwnerAtPrinter(const Session& session);

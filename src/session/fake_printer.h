@@ -121,11 +121,11 @@ class FakePrinter : public machine::Printer {
     config_files[name] = data;
     return {};
   }
-  Result<std::string> DownloadConfig(const std::string& name, std::size_t most_bytes,
+  Result<std::string> DownloadConfig(const std::string& name, std::size_t max_bytes,
                                      const machine::WaitLimit&) override {
     const auto found = config_files.find(name);
     if (found == config_files.end()) return Fail(name + ": there is no such file");
-    if (found->second.size() > most_bytes) return Fail(name + ": too large");
+    if (found->second.size() > max_bytes) return Fail(name + ": too large");
     return found->second;
   }
   Result<void> DeleteFile(const std::string& name, const machine::WaitLimit&) override {
@@ -167,7 +167,7 @@ class FakePrinter : public machine::Printer {
     return machine::ClockRelation{};
   }
   Result<void> RecordMoves(const machine::WaitLimit&) override { return {}; }
-  std::vector<machine::TrapezoidMove> MovesTold(double, double) override { return {}; }
+  std::vector<machine::TrapezoidMove> ReportedMoves(double, double) override { return {}; }
   Result<std::vector<machine::TrapezoidMove>> Moves(double, double,
                                                     const machine::WaitLimit&) override {
     return std::vector<machine::TrapezoidMove>{};

@@ -20,7 +20,7 @@ namespace {
 // Longer than the unreported delays seen from any camera server on a local network.
 constexpr double kLongestUntold_s = 0.2;
 // Some ten seconds of a camera's pictures; a disk that is further behind will not recover.
-constexpr std::size_t kMostWaitingBytes = std::size_t{96} << 20;
+constexpr std::size_t kMaxWaitingBytes = std::size_t{96} << 20;
 constexpr double kSettle_s = 60;  // for the disk to write the queue
 
 // Returns the earliest possible capture time.
@@ -122,8 +122,8 @@ void FrameRecorder::HandOver(std::deque<Fetched>& fetched, std::unique_lock<std:
                              const std::stop_token& stop) {
   for (Fetched& one : fetched) {
     if (!camera_.live()) {
-      changed_.wait(lock, stop, [&] { return waiting_bytes_ < kMostWaitingBytes; });
-    } else if (waiting_bytes_ > kMostWaitingBytes) {
+      changed_.wait(lock, stop, [&] { return waiting_bytes_ < kMaxWaitingBytes; });
+    } else if (waiting_bytes_ > kMaxWaitingBytes) {
       if (one.recording != 0 && !write_failure_) {
         write_failure_ =
             Error{ErrorKind::kInput,
@@ -244,9 +244,9 @@ Result<std::vector<CapturedFrame>> FrameRecorder::End() {
   if (failure_) return tl::unexpected(*failure_);
   if (stall_) return tl::unexpected(*stall_);
   if (!finished) return tl::unexpected(finished.error());
-  constexpr double kMostDamaged = 0.2;
+  constexpr double kMaxDamaged = 0.2;
   const auto all = static_cast<double>(kept_.size() + damaged_);
-  if (static_cast<double>(damaged_) > kMostDamaged * all) {
+  if (static_cast<double>(damaged_) > kMaxDamaged * all) {
     return Fail(
         fmt::format("{} of the camera's {} pictures of this sweep were damaged, the first: {}",
                     damaged_, all, first_damage_),

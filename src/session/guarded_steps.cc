@@ -32,9 +32,9 @@ Result<void> WithReason(const Session& session, Result<void> done) {
 }
 
 // A printer without a limit may be used by a user who is informed.
-void SayWhereThereIsNoLimit(const Session& session) {
+void ReportMissingLimit(const Session& session) {
   if (session.has_limit) return;
-  session.Say(
+  session.Report(
       fmt::format("the printer has no {} (klipper/trammel.cfg): its heaters have no limit "
                   "of their own should this program die, so stay beside it",
                   kKeepAlive));
@@ -49,7 +49,7 @@ Result<void> NameRestart(Result<void> done, bool restarted) {
 
 // Ends a dead run's print, then makes all checks that need no motion.
 Result<void> Check(const Session& session, const GuardedSteps& run, const RunIdentity& identity) {
-  session.Tell({.text = "checking the printer", .remaining_s = {}, .phase = "checking"});
+  session.Report({.text = "checking the printer", .remaining_s = {}, .phase = "checking"});
   if (identity.prints) {
     TRY(EndDeadPrint(session, identity.state_folder, identity.address, run.park));
   }
@@ -66,15 +66,15 @@ GuardedOutcome RunGuarded(Session& session, const GuardedSteps& run) {
     if (!folder) return {tl::unexpected(folder.error()), {}};
     identity.state_folder = std::move(*folder);
   }
-  auto checked = NameStop(session.stop, Check(session, run, identity));
+  auto checked = NameStopReason(session.stop, Check(session, run, identity));
   if (!checked) return {checked, {}};
   auto guard = PrinterStateGuard::Take(session, *run.settings, identity);
-  if (!guard) return {tl::unexpected(NameStop(session.stop, guard.error())), {}};
+  if (!guard) return {tl::unexpected(NameStopReason(session.stop, guard.error())), {}};
   guard->ParkAt(run.park);
-  SayWhereThereIsNoLimit(session);
+  ReportMissingLimit(session);
   GuardedOutcome outcome;
-  outcome.done = WithReason(session, NameStop(session.stop, run.steps(session, *guard)));
-  session.Tell(
+  outcome.done = WithReason(session, NameStopReason(session.stop, run.steps(session, *guard)));
+  session.Report(
       {.text = "bringing back what was set before", .remaining_s = {}, .phase = "restoring"});
   outcome.unrestored = guard->Restore();
   outcome.done = NameRestart(std::move(outcome.done), guard->restarted());
@@ -86,7 +86,7 @@ Result<void> HomeWhereItIsNot(const Session& session) {
   const auto state = TRY(session.printer.State(session.Within(kAsk_s)));
   for (const char axis : std::string("xyz")) {
     if (state.homed_axes.find(axis) == std::string::npos) {
-      session.Tell({.text = "homing", .remaining_s = {}, .phase = "homing"});
+      session.Report({.text = "homing", .remaining_s = {}, .phase = "homing"});
       return session.printer.Run("G28", session.Within(kHome_s));
     }
   }
@@ -150,7 +150,7 @@ std::vector<std::string> SwitchLaserOff(const Session& session, const std::strin
   // A printer whose laser was never lit is not stopped, since the command may only be waiting for
   // another's.
   if (!lit) {
-    session.Say(
+    session.Report(
         fmt::format("{} failed, and nothing was stopped for it, because this run had not "
                     "lit the laser; look whether it is off: {}",
                     laser_off_gcode, why));

@@ -79,10 +79,10 @@ Result<void> ReachTarget(const Session& session, const std::string& heater, doub
   TRY(KeepAlive(session));
   TRY(SetTarget(session, heater, target_c));
   const std::string target = fmt::format("{:.0f} degC", target_c);
-  session.Tell({.text = cools ? fmt::format("letting {} cool to {}", heater, target)
-                              : fmt::format("heating {} to {}", heater, target),
-                .remaining_s = {},
-                .phase = cools ? "cooling" : "heating"});
+  session.Report({.text = cools ? fmt::format("letting {} cool to {}", heater, target)
+                                : fmt::format("heating {} to {}", heater, target),
+                  .remaining_s = {},
+                  .phase = cools ? "cooling" : "heating"});
   if (session.printer.LastState().heaters.count(heater) == 0) {
     return Fail(fmt::format("the printer has no heater {}", heater), ErrorKind::kMachine);
   }
@@ -90,7 +90,7 @@ Result<void> ReachTarget(const Session& session, const std::string& heater, doub
   auto reached = session.printer.WaitUntil(
       [&](const PrinterState& state) {
         const double now_c = Temperature(state, heater);
-        if (repeatedly.Due()) session.Say(fmt::format("  {} is at {:.0f} degC", heater, now_c));
+        if (repeatedly.Due()) session.Report(fmt::format("  {} is at {:.0f} degC", heater, now_c));
         const bool near =
             cools ? now_c <= target_c + kNearTarget_c : now_c >= target_c - kNearTarget_c;
         return near || !HasTarget(state, heater, target_c) ||
@@ -123,7 +123,7 @@ Result<PrinterState> WatchPrint(const Session& session, double limit_s, double f
   Repeatedly repeatedly;
   const auto ended = [&](const PrinterState& state) {
     if (state.print_file == session.own_file) NoteTargets(session, state);
-    if (repeatedly.Due()) session.Tell(ProgressOfPrint(state, filament_mm));
+    if (repeatedly.Due()) session.Report(ProgressOfPrint(state, filament_mm));
     return state.print_state != "printing" || state.print_file != session.own_file;
   };
   for (;;) {
@@ -133,7 +133,7 @@ Result<PrinterState> WatchPrint(const Session& session, double limit_s, double f
         !done && done.error().kind == ErrorKind::kMachine &&
         session.printer.LastState().readiness == machine::PrinterReadiness::kDisconnected;
     if (!lost) return done;
-    session.Say("the connection is lost; waiting for it while the print goes on");
+    session.Report("the connection is lost; waiting for it while the print goes on");
     TRY(session.printer.WaitUntilReady(session.Within(kReturn_s)));
   }
 }
@@ -193,7 +193,7 @@ Result<void> CoolAndWait(const Session& session, const std::string& heater, doub
 }
 
 Result<void> Print(const Session& session, std::string_view gcode, const PrintOptions& options) {
-  session.Tell({.text = "uploading the pattern", .remaining_s = {}, .phase = "uploading"});
+  session.Report({.text = "uploading the pattern", .remaining_s = {}, .phase = "uploading"});
   const std::string& name = session.own_file;
   TRY(session.printer.Upload(name, gcode, session.Within(kUpload_s)));
   if (options.bed_temperature_c > 0) {
@@ -206,10 +206,10 @@ Result<void> Print(const Session& session, std::string_view gcode, const PrintOp
   if (options.bed_temperature_c > 0) {
     TRY(CheckTarget(session, "heater_bed", options.bed_temperature_c));
   }
-  session.Tell({.text = "printing the pattern",
-                .remaining_s = options.print_time_s,
-                .phase = "printing",
-                .done = 0});
+  session.Report({.text = "printing the pattern",
+                  .remaining_s = options.print_time_s,
+                  .phase = "printing",
+                  .done = 0});
   TRY(KeepAlive(session));
   if (options.before_start) {
     TRY(options.before_start());
@@ -250,7 +250,7 @@ void LiftAndPark(const Session& session, const ParkPlace& park, EndedPrint& ende
   if (auto homed = CheckStillHomed(session); !homed) {
     return ended.lost.push_back(kStays + homed.error().message);
   }
-  session.Say("lifting the nozzle off the print");
+  session.Report("lifting the nozzle off the print");
   if (auto parked = session.printer.Run(LiftAndParkGcode(*now, park), {kScript_s}); !parked) {
     ended.failed.push_back("the nozzle could not be lifted off the print: " +
                            parked.error().message);
@@ -259,7 +259,7 @@ void LiftAndPark(const Session& session, const ParkPlace& park, EndedPrint& ende
 
 // Without [pause_resume] there is no cancel command; closing the file ends its print, too.
 Result<void> Cancel(const Session& session) {
-  session.Say("cancelling the print, once the command that it is at has ended");
+  session.Report("cancelling the print, once the command that it is at has ended");
   const auto cancelled = session.printer.CancelPrint({kCancel_s});
   const auto now = session.printer.State({kAsk_s});
   if (!now) return cancelled;

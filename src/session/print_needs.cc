@@ -88,13 +88,12 @@ Check CompareLimits(const PrinterFacts& facts, const PrintNeeds& needs) {
     if (!beyond) {
       beyond = FindBeyond(acceleration, motion.acceleration_mm_s2, needs);
       // Same acceleration distance, so that as much of each line is steady.
-      const double most_mm_s2 =
+      const double max_mm_s2 =
           acceleration.in_force > 0 ? acceleration.in_force : acceleration.configured;
-      if (beyond && motion.speed_mm_s > 0 && most_mm_s2 > 0) {
-        *beyond +=
-            fmt::format("; {:g} mm/s2 go with {:.0f} mm/s instead of {:g}", most_mm_s2,
-                        motion.speed_mm_s * std::sqrt(most_mm_s2 / motion.acceleration_mm_s2),
-                        motion.speed_mm_s);
+      if (beyond && motion.speed_mm_s > 0 && max_mm_s2 > 0) {
+        *beyond += fmt::format("; {:g} mm/s2 go with {:.0f} mm/s instead of {:g}", max_mm_s2,
+                               motion.speed_mm_s * std::sqrt(max_mm_s2 / motion.acceleration_mm_s2),
+                               motion.speed_mm_s);
       }
     }
     if (beyond) return Unsafe(kName, std::move(*beyond));
@@ -194,7 +193,7 @@ std::optional<Check> FindTooMuch(const PrinterFacts& facts, const PrintNeeds& ne
 
 // Checks that Klipper does not slow down between two stretches whose filament per mm differs, if
 // only by rounding.
-std::optional<Check> FindStops(const PrinterFacts& facts) {
+std::optional<Check> CheckFlowSteps(const PrinterFacts& facts) {
   // Positions have 1 um, filament 0.01 um: stretches of 4 mm differ by 2.8e-5, and pass at 35 mm/s.
   constexpr double kLeast_mm_s = 0.001;
   if (facts.instantaneous_corner_velocity_mm_s.value_or(1) >= kLeast_mm_s) return std::nullopt;
@@ -253,7 +252,7 @@ std::vector<Check> CompareFacts(const PrinterFacts& facts, const PrintNeeds& nee
   if (needs.nozzle_diameter_mm > 0) checks.push_back(CompareNozzle(facts, needs));
   if (auto much = FindTooMuch(facts, needs)) checks.push_back(std::move(*much));
   if (needs.bead_mm2 > 0) {
-    if (auto stops = FindStops(facts)) checks.push_back(std::move(*stops));
+    if (auto stops = CheckFlowSteps(facts)) checks.push_back(std::move(*stops));
   }
   checks.push_back(CompareShape(facts, needs));
   if (needs.sets_pressure_advance) {

@@ -108,11 +108,11 @@ PrinterStateGuard::~PrinterStateGuard() {
   if (printer_ == nullptr) return;
   // An exception here would end the process.
   (void)NoteBug([this] {
-    for (const std::string& failure : Restore()) Say(failure, 0);
+    for (const std::string& failure : Restore()) Report(failure, 0);
   });
 }
 
-void PrinterStateGuard::Say(std::string text, double remaining_s) const {
+void PrinterStateGuard::Report(std::string text, double remaining_s) const {
   if (!tell_) return;
   // Output that fails must not stop the restoration.
   (void)NoteBug([&] {
@@ -264,7 +264,7 @@ void PrinterStateGuard::BringBackHeaters(bool in_doubt) {
     }
   }
   if (!left_on.empty())
-    Say("these heaters are left on, as they were before: " + Joined(left_on), 0);
+    Report("these heaters are left on, as they were before: " + Joined(left_on), 0);
   if (!switched_off.empty()) {
     lost_.push_back(
         "somebody, a macro or the idle time-out switched heaters off meanwhile, and they stay off; "
@@ -291,7 +291,8 @@ void PrinterStateGuard::DeleteUpload() {
   auto deleted = printer_->DeleteFile(own_file_, {kAsk_s});
   // Without a print there is no file.
   if (!deleted && now.print_file == own_file_) {
-    Say(fmt::format("{} stays among the printer's files: {}", own_file_, deleted.error().message),
+    Report(
+        fmt::format("{} stays among the printer's files: {}", own_file_, deleted.error().message),
         0);
   }
 }
@@ -299,7 +300,7 @@ void PrinterStateGuard::DeleteUpload() {
 // Returns a session without a stop: a begun step is completed despite any stop request.
 Session PrinterStateGuard::AsSession() const {
   const auto tell = [this](const Progress& progress) {
-    Say(progress.text, progress.remaining_s.value_or(0));
+    Report(progress.text, progress.remaining_s.value_or(0));
   };
   return {*printer_, {}, tell, has_limit_, owner_, own_file_};
 }
@@ -319,7 +320,7 @@ void PrinterStateGuard::Release() {
   } else if (failed_.empty()) {
     (void)RunOne(fmt::format("{} OWNER={}", kRelease, owner_));
   } else {
-    Say("the printer's own limit for laser and heaters stays armed", 0);
+    Report("the printer's own limit for laser and heaters stays armed", 0);
   }
 }
 
@@ -364,7 +365,7 @@ void PrinterStateGuard::BringBackAll() {
       if (!off.empty()) return;
     }
     const auto restored = RestoreGcodeState(AsSession(), journal_->run);
-    restarted_ = !restored && SaysUnknownState(restored.error().message, journal_->run.run);
+    restarted_ = !restored && IsUnknownState(restored.error().message, journal_->run.run);
     if (!restored && !restarted_) {
       failed_.push_back("bringing the G-code state back failed: " + restored.error().message);
     }
@@ -392,13 +393,13 @@ void PrinterStateGuard::BringBack() {
 
 // Notes the end; without it the next run would assume a crash.
 void PrinterStateGuard::NoteEnd() {
-  constexpr std::size_t kMostBytes = 300;
+  constexpr std::size_t kMaxBytes = 300;
   const auto now = printer_->State({kAsk_s});
   const bool stopped = now && now->readiness == machine::PrinterReadiness::kShutdown;
   const std::string& why = stopped ? now->message : failed_.front();
   // Keeps the cause: messages of Klipper, and ours, continue with the remedy in further lines.
   const std::size_t end = stopped ? why.find('\n') : why.find(": ");
-  const std::string first = Utf8OrReplaced(why.substr(0, end), kMostBytes);
+  const std::string first = Utf8OrReplaced(why.substr(0, end), kMaxBytes);
   journal_->run.ended = stopped ? fmt::format("the printer was shut down ({})", first) : first;
   (void)files::WriteJournal(journal_->path, journal_->run);
 }
@@ -409,7 +410,7 @@ std::vector<std::string> PrinterStateGuard::Restore() {
   for (bool away = IsAway(printer_->LastState().readiness);;) {
     const double left_s = std::chrono::duration<double>(until - Clock::now()).count();
     if (away) {
-      Say("waiting for the printer to come back, to leave it safe", left_s);
+      Report("waiting for the printer to come back, to leave it safe", left_s);
       if (auto ready = printer_->WaitUntilReady({left_s}); !ready) {
         lost_.clear();
         failed_ = {

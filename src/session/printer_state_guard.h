@@ -109,7 +109,7 @@ class PrinterStateGuard {
   [[nodiscard]] std::string AnotherOwner() const;
   void Release();
   [[nodiscard]] bool RunOne(const std::string& line, double time_limit_s = kScript_s);
-  void Say(std::string text, double remaining_s) const;
+  void Report(std::string text, double remaining_s) const;
 
   struct NotOwned {
     void operator()(const machine::Printer* /*printer*/) const {}

@@ -21,9 +21,9 @@ namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
 
 constexpr int kFormat = 2;
-constexpr std::size_t kMostBytes = std::size_t{256} << 10;
-constexpr std::size_t kMostSettings = 1000;
-constexpr std::size_t kMostValues = 1000;  // per setting: each line of a pattern has its own value
+constexpr std::size_t kMaxBytes = std::size_t{256} << 10;
+constexpr std::size_t kMaxSettings = 1000;
+constexpr std::size_t kMaxValues = 1000;  // per setting: each line of a pattern has its own value
 constexpr const char* kEnding = ".journal.json";
 
 // Beyond any machine's values; limits the effect of a damaged file on G-code.
@@ -110,7 +110,7 @@ const SettingKind* ReadName(JsonObject& entry, std::string& name) {
 }
 
 void ReadSettings(JsonObject& object, RunJournal& journal) {
-  for (const auto& json : object.List("before", 0, kMostSettings)) {
+  for (const auto& json : object.List("before", 0, kMaxSettings)) {
     JsonObject entry = object.Inner(json, "before");
     std::string name;
     if (const SettingKind* kind = ReadName(entry, name)) {
@@ -118,11 +118,11 @@ void ReadSettings(JsonObject& object, RunJournal& journal) {
     }
     if (const auto done = entry.Finish(); !done) object.Adopt(done.error());
   }
-  for (const auto& json : object.List("given", 0, kMostSettings)) {
+  for (const auto& json : object.List("given", 0, kMaxSettings)) {
     JsonObject entry = object.Inner(json, "given");
     std::string name;
     if (const SettingKind* kind = ReadName(entry, name)) {
-      const auto values = entry.Numbers("values", 0, kMostValues, kind->range);
+      const auto values = entry.Numbers("values", 0, kMaxValues, kind->range);
       journal.given[name] = {values.begin(), values.end()};
     }
     if (const auto done = entry.Finish(); !done) object.Adopt(done.error());
@@ -198,7 +198,7 @@ Result<void> WriteJournal(const fs::path& path, const RunJournal& journal) {
 Result<std::optional<RunJournal>> ReadJournal(const fs::path& path) {
   std::error_code error;
   if (!fs::exists(fs::symlink_status(path, error))) return std::optional<RunJournal>();
-  const auto json = TRY(ReadJsonFile(path, kMostBytes));
+  const auto json = TRY(ReadJsonFile(path, kMaxBytes));
   JsonObject object(json, path.string());
   (void)object.Integer("format", {kFormat, kFormat});
   RunJournal journal;

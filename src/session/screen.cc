@@ -150,7 +150,7 @@ std::string ProgressLine(const Progress& progress) {
 }
 
 std::optional<Progress> ParseProgressLine(std::string_view line) {
-  constexpr JsonBounds kBounds{.most_bytes = 8192, .most_levels = 2, .most_memory_bytes = 1 << 16};
+  constexpr JsonBounds kBounds{.max_bytes = 8192, .max_levels = 2, .max_memory_bytes = 1 << 16};
   if (!line.starts_with('{')) return std::nullopt;
   const auto parsed = ParseBoundedJson(line, "the line", kBounds);
   if (!parsed || !parsed->is_object()) return std::nullopt;

@@ -82,7 +82,7 @@ bool Pause(double time_s, const std::stop_token& stop) {
   return !stop.stop_requested();
 }
 
-Error NameStop(const std::stop_token& stop, Error error) {
+Error NameStopReason(const std::stop_token& stop, Error error) {
   if (!stop.stop_requested() || error.kind == ErrorKind::kInterrupted) return error;
   return {ErrorKind::kInterrupted,
           "stopped by the user; what failed meanwhile: " + std::move(error.message)};

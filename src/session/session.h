@@ -37,10 +37,10 @@ struct Session {
   /// recorded.
   std::function<Result<void>(std::string_view gcode)> note = {};
 
-  void Say(std::string text, std::optional<double> remaining_s = {}) const {
-    Tell({std::move(text), remaining_s});
+  void Report(std::string text, std::optional<double> remaining_s = {}) const {
+    Report({std::move(text), remaining_s});
   }
-  void Tell(const Progress& progress) const {
+  void Report(const Progress& progress) const {
     if (tell) tell(progress);
   }
   [[nodiscard]] machine::WaitLimit Within(double time_limit_s) const {
@@ -84,13 +84,13 @@ inline constexpr const char* kReleaseByHand = "TRAMMEL_RELEASE";
 /// Names the user's stop as the cause of a failure: Ctrl-C and a closed terminal also reach a
 /// tunnel or a camera's server of the same terminal. Called right after a failure; before any stop,
 /// the error is returned unchanged.
-[[nodiscard]] Error NameStop(const std::stop_token& stop, Error error);
+[[nodiscard]] Error NameStopReason(const std::stop_token& stop, Error error);
 
 /// Does the same for a result that may be a success.
 template <class T>
-[[nodiscard]] Result<T> NameStop(const std::stop_token& stop, Result<T> done) {
+[[nodiscard]] Result<T> NameStopReason(const std::stop_token& stop, Result<T> done) {
   if (done) return done;
-  return tl::unexpected(NameStop(stop, std::move(done.error())));
+  return tl::unexpected(NameStopReason(stop, std::move(done.error())));
 }
 
 /// Fails (kMachine) while the printer prints or is paused: a setting would act in that print, and

@@ -54,11 +54,11 @@ Result<std::vector<UploadedFile>> ListUploads(
 }
 
 Result<std::string> DownloadUpload(const Session& session, const std::string& name,
-                                   std::size_t most_bytes) {
+                                   std::size_t max_bytes) {
   TRY(CheckFetchable(name));
   constexpr double kDownload_s = 120;
-  session.Say("fetching " + name);
-  return session.printer.DownloadConfig(fmt::format("{}/{}", kUploadFolder, name), most_bytes,
+  session.Report("fetching " + name);
+  return session.printer.DownloadConfig(fmt::format("{}/{}", kUploadFolder, name), max_bytes,
                                         session.Within(kDownload_s));
 }
 

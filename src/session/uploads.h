@@ -30,7 +30,7 @@ struct UploadedFile {
 /// Downloads one of them. Errors: kInput: no such file, more bytes, or a name invalid for servers;
 /// kMachine.
 [[nodiscard]] Result<std::string> DownloadUpload(const Session& session, const std::string& name,
-                                                 std::size_t most_bytes);
+                                                 std::size_t max_bytes);
 
 /// Returns a file name's extension, in lower case with the dot, if it is one of `endings`; empty
 /// otherwise, for a name with a folder, and for a mere extension.

@@ -34,7 +34,7 @@ struct Problem {
 };
 
 // A side that saturates still falls: its slope is at least a ninth of the other's.
-constexpr double kMostBend = 0.8;
+constexpr double kMaxBend = 0.8;
 
 double Predict(const Trial& trial, double x) {
   if (x > trial.cut) return trial.floor;
@@ -70,8 +70,8 @@ Trial SolveAt(const Problem& problem, double zero) {
     trial.a = (uy * vv - vy * uv) / determinant;
     trial.b = (vy * uu - uy * uv) / determinant;
   }
-  if (std::abs(trial.b) > kMostBend * std::abs(trial.a)) {
-    const double bend = std::copysign(kMostBend, trial.a * trial.b);
+  if (std::abs(trial.b) > kMaxBend * std::abs(trial.a)) {
+    const double bend = std::copysign(kMaxBend, trial.a * trial.b);
     const double square = uu + 2 * bend * uv + bend * bend * vv;
     trial.a = square > 0 ? (uy + bend * vy) / square : 0;
     trial.b = bend * trial.a;

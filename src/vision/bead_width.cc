@@ -10,9 +10,9 @@
 namespace trammel::vision {
 namespace {
 
-constexpr std::size_t kPlaces = 200;    // per line
-constexpr double kLeastContrast = 2.0;  // filament above plate, over the plate's grain in a cell
-constexpr int kZones = 24;              // along a line, for the levels of filament and plate
+constexpr std::size_t kPlaces = 200;  // per line
+constexpr double kMinContrast = 2.0;  // filament above plate, over the plate's grain in a cell
+constexpr int kZones = 24;            // along a line, for the levels of filament and plate
 
 double Sample(const GrayImage& image, double x, double y) {
   x = std::clamp(x, 0.0, image.width - 1.0);
@@ -198,7 +198,7 @@ BeadReading Read(const Strip& strip, std::size_t place, const Level& level, doub
   reading.seen = strip.seen[place];
   if (!reading.seen || !level.seen) return reading;
   const double contrast = std::abs(level.filament);
-  if (contrast < kLeastContrast * level.grain || contrast == 0) return reading;
+  if (contrast < kMinContrast * level.grain || contrast == 0) return reading;
   const int skirt = std::max(2, static_cast<int>(std::lround(0.2 * bead)));
   const Span span = BeadSpan(strip, place, level, bead, skirt);
   double sum = 0;

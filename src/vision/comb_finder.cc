@@ -22,7 +22,7 @@ namespace {
 
 constexpr int kLongestSearched_px = 1000;  // of the shrunk picture that is searched
 constexpr std::size_t kFewestStrokes = 5;
-constexpr std::size_t kMostFound = 8;
+constexpr std::size_t kMaxFound = 8;
 
 // Parameters of one search in the picture.
 struct Look {
@@ -52,10 +52,10 @@ std::vector<double> EdgeDirections(const cv::Mat& channel) {
   for (int i = 0; i < kBins; ++i) {
     for (int k = -kHalf; k <= kHalf; ++k) sums[i] += bins[(i + k + kBins) % kBins];
   }
-  constexpr std::size_t kMostDirections = 4;
+  constexpr std::size_t kMaxDirections = 4;
   constexpr int kApart = 12;
   std::vector<double> directions;
-  while (directions.size() < kMostDirections) {
+  while (directions.size() < kMaxDirections) {
     const auto top = std::max_element(sums.begin(), sums.end());
     if (!(*top > 0)) break;
     const int at = static_cast<int>(top - sums.begin());
@@ -120,7 +120,7 @@ std::vector<std::pair<double, std::size_t>> Crossing(const std::vector<Stroke>& 
 // Follows the strokes from two neighbours on, upwards and downwards, in steps that change slowly.
 Places Walk(const std::vector<std::pair<double, std::size_t>>& crossing, std::size_t start) {
   constexpr double kOff = 0.22;  // relative to a step
-  constexpr int kMostEmpty = 3;
+  constexpr int kMaxEmpty = 3;
   Places places{{crossing[start].second, 0}, {crossing[start + 1].second, 1}};
   const double first_step = crossing[start + 1].first - crossing[start].first;
   for (const int direction : {1, -1}) {
@@ -132,7 +132,7 @@ Places Walk(const std::vector<std::pair<double, std::size_t>>& crossing, std::si
       const std::size_t i = direction > 0 ? next++ : --at;
       const double steps = std::abs(crossing[i].first - y) / step;
       const double whole = std::max(1.0, std::round(steps));
-      if (whole > kMostEmpty) break;
+      if (whole > kMaxEmpty) break;
       if (std::abs(steps - whole) > kOff) continue;
       place += direction * static_cast<int>(whole);
       places[crossing[i].second] = place;
@@ -177,7 +177,7 @@ using Stretch = std::pair<double, double>;
 std::optional<Stretch> CoveredColumns(const std::vector<Stroke>& strokes, const Places& places,
                                       const LinePencil& pencil, const cv::Mat& seen) {
   constexpr int kColumns = 180;
-  constexpr double kLeastShare = 0.5;
+  constexpr double kMinShare = 0.5;
   int first = places.begin()->second, last = first;
   for (const auto& [index, place] : places) {
     first = std::min(first, place);
@@ -199,7 +199,7 @@ std::optional<Stretch> CoveredColumns(const std::vector<Stroke>& strokes, const 
       const std::vector<PointPx>& p = strokes[index].points;
       if (p.front().x <= x && x <= p.back().x) covered.insert(place);
     }
-    const bool most = shown > 0 && static_cast<double>(covered.size()) >= kLeastShare * shown;
+    const bool most = shown > 0 && static_cast<double>(covered.size()) >= kMinShare * shown;
     if (most && begin < 0) begin = column;
     if (most || begin < 0) continue;
     const Stretch stretch{x_of(begin), x_of(column - 1)};
@@ -216,8 +216,8 @@ void DropWeakEnds(std::map<int, double>& strength) {
   std::vector<double> strengths;
   for (const auto& [place, of_place] : strength) strengths.push_back(of_place);
   const double usual = Quantile(strengths, 0.6);
-  constexpr double kLeastStrength = 0.2;
-  const auto too_weak = [&](const auto& entry) { return entry->second < kLeastStrength * usual; };
+  constexpr double kMinStrength = 0.2;
+  const auto too_weak = [&](const auto& entry) { return entry->second < kMinStrength * usual; };
   while (!strength.empty() && too_weak(strength.begin())) strength.erase(strength.begin());
   while (!strength.empty() && too_weak(std::prev(strength.end()))) {
     strength.erase(std::prev(strength.end()));
@@ -264,9 +264,8 @@ std::optional<Family> Grow(const std::vector<Stroke>& strokes, Places places, co
   }
   if (places.empty()) return std::nullopt;
   std::optional<Family> family = Describe(strokes, places, *pencil, seen);
-  constexpr double kMostIrregular = 0.7 * kNoiseIrregularity;
-  if (!family || family->strength.size() < kFewestStrokes ||
-      family->irregularity > kMostIrregular) {
+  constexpr double kMaxIrregular = 0.7 * kNoiseIrregularity;
+  if (!family || family->strength.size() < kFewestStrokes || family->irregularity > kMaxIrregular) {
     return std::nullopt;
   }
   return family;
@@ -364,7 +363,7 @@ void KeepBest(std::vector<FoundComb>& found, FoundComb comb) {
   if (comb.places > 0) found.push_back(comb);
   std::stable_sort(found.begin(), found.end(),
                    [](const FoundComb& a, const FoundComb& b) { return a.weight > b.weight; });
-  if (found.size() > kMostFound) found.resize(kMostFound);
+  if (found.size() > kMaxFound) found.resize(kMaxFound);
 }
 
 }  // namespace
@@ -395,7 +394,7 @@ std::vector<FoundComb> FindCombs(const BgrView& photo) {
           if (!family) continue;
           std::optional<FoundComb> comb = ToComb(*family, grid);
           if (!comb) continue;
-          if (found.size() == kMostFound && comb->weight < found.back().weight) continue;
+          if (found.size() == kMaxFound && comb->weight < found.back().weight) continue;
           KeepBest(found, *comb);
         }
       }

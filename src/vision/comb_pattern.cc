@@ -50,11 +50,11 @@ class Beyond {
           Read(x, outer_(x) + away_ * d, values);
         }
       }
-      if (values.empty() || static_cast<double>(values.size()) < kLeastShown * all) continue;
+      if (values.empty() || static_cast<double>(values.size()) < kMinShown * all) continue;
       ++shown;
       filament += Mean(values) > HalfAt(from + length / 2);
     }
-    if (shown < kLeastShown * pieces) return std::nullopt;
+    if (shown < kMinShown * pieces) return std::nullopt;
     return static_cast<double>(filament) / shown;
   }
 
@@ -62,7 +62,7 @@ class Beyond {
   [[nodiscard]] double right_px() const { return right_px_; }
 
  private:
-  static constexpr double kLeastShown = 0.8;
+  static constexpr double kMinShown = 0.8;
   static constexpr std::size_t kZones = 12;  // along the line: light is uneven
 
   void LearnLevels(const LinePattern& pattern, bool beyond_last) {
@@ -205,7 +205,7 @@ Columns SeenAlong(const GrayImage& seen, const Curve& track, double pitch_px) {
 }
 
 Rung TraceRung(const GrayImage& contrast, const GrayImage& seen, int place, double y_px,
-               double pitch_px, double least_height) {
+               double pitch_px, double min_height) {
   constexpr double kOff = 0.28;  // pitches: what a lens bends
   Rung rung;
   rung.place = place;
@@ -220,7 +220,7 @@ Rung TraceRung(const GrayImage& contrast, const GrayImage& seen, int place, doub
     ++rung.zones;
     const auto section = SectionOfRung(contrast, x0, x1, y_px, pitch_px);
     // A feature as wide as the pitch is a rail, not a line.
-    if (!section || section->height < least_height || section->width_px > 0.7 * pitch_px ||
+    if (!section || section->height < min_height || section->width_px > 0.7 * pitch_px ||
         std::abs(section->middle_px - y_px) > kOff * pitch_px) {
       continue;
     }
@@ -252,8 +252,8 @@ struct UsualRung {
 // Rejects texture of the plate, which is lower, thinner, rougher, or broken more often.
 bool IsLine(const Rung& rung, const UsualRung& usual, double pitch_px) {
   constexpr int kFewestZones = 4;
-  constexpr double kLeast = 0.35, kLeastShare = 0.6, kRoughest = 0.07;
-  return rung.found >= kFewestZones && rung.found >= kLeastShare * usual.share * rung.zones &&
+  constexpr double kLeast = 0.35, kMinShare = 0.6, kRoughest = 0.07;
+  return rung.found >= kFewestZones && rung.found >= kMinShare * usual.share * rung.zones &&
          rung.height > kLeast * usual.height && rung.width_px > kLeast * usual.width_px &&
          rung.roughness_px < kRoughest * pitch_px;
 }
@@ -419,8 +419,8 @@ bool LinesReach(const GrayImage& contrast, const std::vector<Rung>& rungs, const
     ++looked_at;
     reaching += sum / count > half;
   }
-  constexpr double kLeastShare = 0.6;
-  return looked_at > 0 && reaching >= kLeastShare * looked_at;
+  constexpr double kMinShare = 0.6;
+  return looked_at > 0 && reaching >= kMinShare * looked_at;
 }
 
 // True if a rail continues beside a place; nothing if the photo does not show it.

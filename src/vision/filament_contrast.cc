@@ -148,8 +148,8 @@ std::optional<ColourWeights> FindContrast(const BgrView& picture, const GrayImag
   spread += (kRidge * spread.trace() + kRounding) * Eigen::Matrix3d::Identity();
   const Eigen::Vector3d direction = geometry::SolveSymmetric(spread, difference);
   const double contrast = direction.dot(difference);
-  constexpr double kLeastLevels = 1.0;
-  if (!(difference.norm() > kLeastLevels) || !(contrast > 0)) return std::nullopt;
+  constexpr double kMinLevels = 1.0;
+  if (!(difference.norm() > kMinLevels) || !(contrast > 0)) return std::nullopt;
   const Eigen::Vector3d weights = 100 / contrast * direction;
   return ColourWeights{weights(0), weights(1), weights(2)};
 }

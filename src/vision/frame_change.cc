@@ -39,8 +39,8 @@ Exposure FitExposure(const std::vector<float>& before, const std::vector<float>&
   }
   Exposure exposure;
   // A laser line that moved away has no gain; a common gain of two pictures of one scene is near 1.
-  constexpr double kMostGain = 2;
-  if (variance > 0) exposure.gain = std::clamp(covariance / variance, 1 / kMostGain, kMostGain);
+  constexpr double kMaxGain = 2;
+  if (variance > 0) exposure.gain = std::clamp(covariance / variance, 1 / kMaxGain, kMaxGain);
   exposure.offset = mean_a - exposure.gain * mean_b;
   return exposure;
 }
@@ -108,7 +108,7 @@ bool Moved(const Frame& before, const Frame& after) {
 }  // namespace
 
 StillPicture::Added StillPicture::Add(const Frame& frame) {
-  TRAMMEL_CHECK(frames_ < kMostFrames, "{} frames in one still picture", frames_ + 1);
+  TRAMMEL_CHECK(frames_ < kMaxFrames, "{} frames in one still picture", frames_ + 1);
   if (frames_ == 0) {
     first_ = frame;
     sum_.assign(frame.bgr.size(), 0);

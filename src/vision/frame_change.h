@@ -30,7 +30,7 @@ void SketchFrame(const BgrView& frame, FrameSketch& sketch);
 /// Sums the frames of a camera at rest before a static scene.
 class StillPicture {
  public:
-  static constexpr int kMostFrames = 256;  ///< 8-bit frames that fit a 16-bit sum
+  static constexpr int kMaxFrames = 256;  ///< 8-bit frames that fit a 16-bit sum
 
   enum class Added { kStill, kMoved, kOtherSize };
 

@@ -17,8 +17,8 @@ namespace {
 
 constexpr int kLongestSearched_px = 1000;  // of the shrunk picture that is searched
 constexpr double kSmallestArea = 0.02;     // of the picture that a frame encloses
-constexpr double kLeastClosed = 0.7;       // share of each side that must be seen as filament
-constexpr std::size_t kMostFound = 10;
+constexpr double kMinClosed = 0.7;         // share of each side that must be seen as filament
+constexpr std::size_t kMaxFound = 10;
 
 std::optional<PointPx> Intersection(const PointPx& a, const PointPx& b, const PointPx& c,
                                     const PointPx& d) {
@@ -242,7 +242,7 @@ void TryOutline(const std::vector<cv::Point>& points, const GrayImage& mask,
   const std::optional<Quad> around = QuadAround(outline);
   if (!around) return;
   const std::optional<RefinedQuad> refined = RefineQuad(mask, *around);
-  if (!refined || refined->closed < kLeastClosed ||
+  if (!refined || refined->closed < kMinClosed ||
       Area_px2(refined->quad) < kSmallestArea * mask.width * mask.height ||
       !InsidePicture(refined->quad, mask.width, mask.height)) {
     return;
@@ -296,7 +296,7 @@ std::vector<FoundFrame> Distinct(std::vector<FoundFrame> found) {
                    [](const FoundFrame& a, const FoundFrame& b) { return Rank(a) > Rank(b); });
   std::vector<FoundFrame> distinct;
   for (FoundFrame& frame : found) {
-    if (distinct.size() == kMostFound) break;
+    if (distinct.size() == kMaxFound) break;
     if (std::none_of(distinct.begin(), distinct.end(),
                      [&](const FoundFrame& other) { return Same(other.outer, frame.outer); })) {
       distinct.push_back(std::move(frame));

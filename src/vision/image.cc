@@ -117,10 +117,10 @@ GrayImage Rectify(const GrayImage& image, const Homography& image_from_rectified
   return result;
 }
 
-Frame ShrinkToFit(const BgrView& photo, int longest_px, double most_px, double& scale) {
+Frame ShrinkToFit(const BgrView& photo, int longest_px, double max_px, double& scale) {
   TRAMMEL_CHECK(photo.width >= 1 && photo.height >= 1, "{} x {}", photo.width, photo.height);
   scale = std::min({1.0, static_cast<double>(longest_px) / std::max(photo.width, photo.height),
-                    std::sqrt(most_px / (static_cast<double>(photo.width) * photo.height))});
+                    std::sqrt(max_px / (static_cast<double>(photo.width) * photo.height))});
   Frame result(std::max(1, static_cast<int>(photo.width * scale)),
                std::max(1, static_cast<int>(photo.height * scale)));
   cv::Mat target(result.height, result.width, CV_8UC3, result.bgr.data());

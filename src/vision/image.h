@@ -75,7 +75,6 @@ struct Homography {
 /// Reduces by averaging so that neither side is longer than `longest_px` and at most `most_px`
 /// pixels remain; a copy if nothing needs reduction. REQUIRES a photo of 1 px or more.
 /// @param scale  result px per photo px: output.
-[[nodiscard]] Frame ShrinkToFit(const BgrView& photo, int longest_px, double most_px,
-                                double& scale);
+[[nodiscard]] Frame ShrinkToFit(const BgrView& photo, int longest_px, double max_px, double& scale);
 
 }  // namespace trammel::vision

@@ -263,12 +263,12 @@ std::vector<Trial*> Preselect(std::span<const BgrView> frames, const LaserLineOp
 
 /// Tries a model on the remaining frames, unless its scatter shows that neither it nor a better
 /// later one can make it the choice.
-void TryOn(std::span<const BgrView> frames, double most_px, Trial& trial, TrialBench& bench) {
+void TryOn(std::span<const BgrView> frames, double max_px, Trial& trial, TrialBench& bench) {
   const auto all = static_cast<double>(trial.scatter_px.size() + frames.size());
   for (const BgrView& frame : frames) {
     bench.Show(frame, trial.model);
     bench.Try({frame.width, frame.height}, trial);
-    trial.lost = trial.lost || trial.scatter_sum_px > most_px * all;
+    trial.lost = trial.lost || trial.scatter_sum_px > max_px * all;
     if (trial.lost) return;
   }
 }

@@ -68,7 +68,7 @@ std::vector<Run> Runs(const std::vector<double>& values, int half_window) {
     high[i] = *most;
     range[i] = *most - *least;
   }
-  constexpr double kLeastRange = 0.35;  // relative to this picture's usual range
+  constexpr double kMinRange = 0.35;  // relative to this picture's usual range
   const double usual = Quantile(range, 0.75);
   low = BoxMean(low, half_window / 2);
   high = BoxMean(high, half_window / 2);
@@ -83,7 +83,7 @@ std::vector<Run> Runs(const std::vector<double>& values, int half_window) {
     for (; k < n && above(k) > 0; ++k) peak = std::max(peak, values[k] - low[k]);
     run.end = k < n ? k - 1 + above(k - 1) / (above(k - 1) - above(k)) : n - 1;
     run.strength = peak;
-    if (peak > kLeastRange * usual) runs.push_back(run);
+    if (peak > kMinRange * usual) runs.push_back(run);
   }
   return runs;
 }

@@ -279,7 +279,7 @@ service::JobServerOptions Options() {
   kind.check = [](const service::PrinterPlace&, const service::Arguments&, machine::Printer*) {
     return Result<service::Offer>(service::Offer{"Is the bed empty?"});
   };
-  kind.answer = [](const std::string&) -> Result<service::AnswerInWords> { return Fail("none"); };
+  kind.answer = [](const std::string&) -> Result<service::AnswerSummary> { return Fail("none"); };
   service::JobServerOptions options;
   options.address = "localhost";
   options.recordings = "/no/such/folder";

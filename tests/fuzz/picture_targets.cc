@@ -17,8 +17,8 @@
 #include "machine/video/video_file.h"
 #include "part_alignment/targets/ring_finder.h"
 #include "pressure_advance/laser/deviation.h"
-#include "pressure_advance/laser/laser_eye.h"
-#include "pressure_advance/laser/stripe_sight.h"
+#include "pressure_advance/laser/laser_reader.h"
+#include "pressure_advance/laser/stripe_observation.h"
 #include "pressure_advance/recording/scan.h"
 #include "vision/laser_line.h"
 
@@ -27,10 +27,10 @@ namespace {
 
 // A recording's AVI file, cut into its frames.
 FUZZ_TARGET(avi_reader)(std::string_view text) {
-  constexpr std::size_t kMostBytes = 1 << 20;
+  constexpr std::size_t kMaxBytes = 1 << 20;
   static const MemoryFile file("line.avi");
   file.Write(text);
-  auto avi = machine::AviReader::Open(file.path(), kMostBytes);
+  auto avi = machine::AviReader::Open(file.path(), kMaxBytes);
   if (!Good(avi)) return;
   std::size_t bytes = 0;
   double last_s = -1;
@@ -49,7 +49,7 @@ using image::JpegDamage;
 using image::JpegPixels;
 using image::JpegReader;
 
-constexpr double kMostPixels = 1 << 20;
+constexpr double kMaxPixels = 1 << 20;
 
 std::vector<std::uint8_t> Pixels(std::span<const std::uint8_t> jpeg, const PixelRect& part) {
   auto reader = JpegReader::Open(jpeg, JpegDamage::kRefuse);
@@ -71,7 +71,7 @@ FUZZ_TARGET(jpeg_cut)(std::string_view text) {
   const std::span<const std::uint8_t> jpeg = Bytes(text).subspan(sizeof numbers);
   const auto outline = image::OutlineOf(jpeg);
   if (!Good(outline) || !image::CheckCost(*outline, jpeg.size()) ||
-      static_cast<double>(outline->width_px) * outline->height_px > kMostPixels) {
+      static_cast<double>(outline->width_px) * outline->height_px > kMaxPixels) {
     return;
   }
   std::vector<std::uint8_t> bytes;
@@ -104,12 +104,12 @@ void FindLines(const std::vector<Frame>& frames, vision::LaserLineWorkspace& wor
 // Frames of a laser line: a width, then a few frames' pixels one after another.
 FUZZ_TARGET(laser_frames)(std::string_view text) {
   constexpr std::size_t kFrames = 3;
-  constexpr std::size_t kMostRows = 14;  // each line that is tried is judged by all of them
+  constexpr std::size_t kMaxRows = 14;  // each line that is tried is judged by all of them
   const std::span<const std::uint8_t> bytes = Bytes(text);
   if (bytes.empty()) return;
   const int width = 1 + bytes[0] % 32;
   const std::size_t rows = (bytes.size() - 1) / kFrames / (3 * static_cast<std::size_t>(width));
-  const int height = static_cast<int>(std::min(rows, kMostRows));
+  const int height = static_cast<int>(std::min(rows, kMaxRows));
   if (height < 1) return;
   std::vector<Frame> frames(kFrames, Frame(width, height));
   for (std::size_t i = 0; i < kFrames; ++i) {

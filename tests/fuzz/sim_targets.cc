@@ -59,10 +59,10 @@ FUZZ_TARGET(sim_klipper)(std::string_view text) {
   static const sim::KlipperConfig config = Config();
   sim::VirtualKlipper klipper(config, {});
   constexpr double kTick_s = 0.12;
-  constexpr int kMostScripts = 8;
+  constexpr int kMaxScripts = 8;
   double now_s = kTick_s;
   klipper.Advance(now_s);
-  for (int i = 0; i < kMostScripts && !text.empty(); ++i) {
+  for (int i = 0; i < kMaxScripts && !text.empty(); ++i) {
     const std::string script(TakeUntil(text, "\n\n"));
     klipper.files()["job.gcode"] = script;
     (void)klipper.RunScript(script);
@@ -134,13 +134,13 @@ FUZZ_TARGET(sim_moonraker)(std::string_view text) {
   const auto number = hub.Open(client, true);
   const auto other = hub.Open(stranger, false);
   constexpr double kMoment_s = 0.26;
-  constexpr int kMostMoments = 4;
+  constexpr int kMaxMoments = 4;
   double now_s = 0;
   hub.Tick(now_s += kMoment_s);
   while (!text.empty()) {
     const std::string line = std::string(TakeUntil(text, "\n"));
     if (line.empty()) {
-      if (now_s < kMostMoments * kMoment_s) hub.Tick(now_s += kMoment_s);
+      if (now_s < kMaxMoments * kMoment_s) hub.Tick(now_s += kMoment_s);
     } else if (line[0] == '#') {
       Ask(hub, std::string_view(line).substr(1));
     } else if (line[0] == '?' && other && !stranger.closed) {

@@ -230,11 +230,11 @@ Result<ChildProcess> ChildProcess::Start(const std::function<void(const ChildSen
 ChildProcess::ChildProcess(ChildProcess&& other) noexcept = default;
 ChildProcess::~ChildProcess() = default;
 
-Heard ChildProcess::Receive(ChildMessage& message, double, const std::stop_token&) {
-  if (g_messages.empty()) return Heard::kEnded;
+Received ChildProcess::Receive(ChildMessage& message, double, const std::stop_token&) {
+  if (g_messages.empty()) return Received::kEnded;
   message = std::move(g_messages.front());
   g_messages.pop_front();
-  return Heard::kMessage;
+  return Received::kMessage;
 }
 
 std::string ChildProcess::End() { return "it has not said all"; }

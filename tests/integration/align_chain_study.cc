@@ -32,7 +32,7 @@ using Eigen::Index;
 using Eigen::Vector3d;
 using part_alignment::MachineFromPart;
 
-constexpr double kLeastCovered = 0.93;
+constexpr double kMinCovered = 0.93;
 // The 95 % points of chi-square with 3 and 7 degrees of freedom.
 constexpr double kThree = 7.8147;
 constexpr double kSeven = 14.0671;
@@ -123,8 +123,8 @@ sim::SpindleSetup ShopOf(const part_alignment::PartFit& exact) {
 }
 
 /// The stops of a plan made from what is known before any picture.
-std::vector<sim::SpindleStop> Planned(const sim::SpindleSetup& setup,
-                                      const part_alignment::PartFit& fit) {
+std::vector<sim::SpindleStation> Planned(const sim::SpindleSetup& setup,
+                                         const part_alignment::PartFit& fit) {
   part_alignment::ViewPlanOptions options;
   options.travel = {test::VectorOf(setup.machine.travel_low_mm),
                     test::VectorOf(setup.machine.travel_high_mm)};
@@ -136,7 +136,7 @@ std::vector<sim::SpindleStop> Planned(const sim::SpindleSetup& setup,
   const auto plan = part_alignment::PlanViews(
       test::CameraOf(setup.stated_lens), targets,
       {test::VectorOf(setup.part.origin_mm), test::VectorOf(setup.part.angles_rad)}, options);
-  std::vector<sim::SpindleStop> stops;
+  std::vector<sim::SpindleStation> stops;
   EXPECT_TRUE(plan && plan->verdict == Verdict::kGood)
       << (plan ? plan->reason : plan.error().message);
   if (!plan) return stops;
@@ -264,8 +264,8 @@ void CheckChain(const std::string& title, std::uint64_t castings, const Photogra
       1000 * chain.half_mm[2] / n);
   const double chance = 3 * std::sqrt(0.05 * 0.95 / n);
   EXPECT_GE(n, 0.99 * static_cast<double>(count));
-  EXPECT_GE(chain.region / n, kLeastCovered - chance);
-  EXPECT_GE(chain.corners_inside / (3 * n), kLeastCovered - chance);
+  EXPECT_GE(chain.region / n, kMinCovered - chance);
+  EXPECT_GE(chain.corners_inside / (3 * n), kMinCovered - chance);
 }
 
 Photogrammetry DrawnErrors() {

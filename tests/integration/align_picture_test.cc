@@ -52,7 +52,7 @@ Scene MakeScene(const sim::Triple& askew_rad = {}) {
   Scene scene;
   sim::SpindleSetup setup = sim::LaboratoryScene(kDistance_mm);
   setup.part.angles_rad = askew_rad;
-  setup.stops = sim::StopsFor(setup, kDistance_mm, sim::JoggedLevers());
+  setup.stops = sim::StationsFor(setup, kDistance_mm, sim::JoggedLevers());
   setup.lens = setup.stated_lens = sim::AsRealCamera(setup.lens);
   setup.spread.eccentricity_mm = 0;
   scene.name = {Seed(), 1};

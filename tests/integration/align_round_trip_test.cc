@@ -31,7 +31,7 @@ sim::SpindleSetup Real(sim::SpindleSetup setup) {
 // Every stop again with C at this angle.
 sim::SpindleSetup WithTurn(sim::SpindleSetup setup, double c_rad) {
   const auto stops = setup.stops;
-  for (sim::SpindleStop stop : stops) {
+  for (sim::SpindleStation stop : stops) {
     stop.c_rad = c_rad;
     setup.stops.push_back(stop);
   }

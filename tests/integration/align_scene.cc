@@ -68,7 +68,7 @@ sim::SpindleSetup Probed(sim::SpindleSetup setup) {
 
 sim::SpindleSetup HalfTurned(sim::SpindleSetup setup) {
   const auto stops = setup.stops;
-  for (sim::SpindleStop stop : stops) {
+  for (sim::SpindleStation stop : stops) {
     stop.c_rad = std::numbers::pi;
     setup.stops.push_back(stop);
   }

@@ -20,7 +20,7 @@
 namespace trammel {
 namespace {
 
-constexpr double kLeastCovered = 0.93;
+constexpr double kMinCovered = 0.93;
 constexpr double kReportedClampings = 1000;
 
 /// Spreads of a row: standard deviations, or their maximum if each clamping has its own.
@@ -134,7 +134,7 @@ void CheckPlan(const std::string& title, const sim::SpindleSetup& setup) {
     if (spread.beyond == Spread::kMayRefuse) {
       const auto all = static_cast<double>(test::WorldsOfStudy(1000));
       EXPECT_GE((row.region + row.cannot_tell + row.refused) / all,
-                kLeastCovered - (all >= kReportedClampings ? 0 : 3 * std::sqrt(0.05 * 0.95 / all)))
+                kMinCovered - (all >= kReportedClampings ? 0 : 3 * std::sqrt(0.05 * 0.95 / all)))
           << title;
       continue;
     }
@@ -142,8 +142,8 @@ void CheckPlan(const std::string& title, const sim::SpindleSetup& setup) {
     EXPECT_GE(n, 0.99 * static_cast<double>(test::WorldsOfStudy(1000))) << title;
     const double chance = 3 * std::sqrt(0.05 * 0.95 / n);
     const double room = n >= kReportedClampings ? 0 : chance;
-    EXPECT_GE(row.region / n, kLeastCovered - room) << title;
-    for (const int inside : row.axis) EXPECT_GE(inside / n, kLeastCovered - chance) << title;
+    EXPECT_GE(row.region / n, kMinCovered - room) << title;
+    for (const int inside : row.axis) EXPECT_GE(inside / n, kMinCovered - chance) << title;
   }
 }
 

@@ -19,7 +19,7 @@ inline std::uint64_t FirstSeedOfStudy() { return SeedsOfStudy(1, 500'000).first;
 
 /// True if an answer's reason or one of its notices contains any of the words, separated by |.
 template <class Answer>
-bool Says(const Answer& answer, std::string words) {
+bool ReasonContains(const Answer& answer, std::string words) {
   for (std::size_t bar = 0; bar != std::string::npos; words = words.substr(bar + 1)) {
     bar = words.find('|');
     const std::string one = words.substr(0, bar);

@@ -28,8 +28,8 @@ using nlohmann::json;
 using pressure_advance::DrawnPhoto;
 using pressure_advance::ToMat;
 using test::AnalyzeToJson;
+using test::ExpectRefusalText;
 using test::ExpectRefused;
-using test::ExpectRefusedInWords;
 using test::ExpectRejected;
 using ::testing::AllOf;
 using ::testing::HasSubstr;
@@ -236,7 +236,7 @@ TEST_F(AnalyzePhoto, RefusesPicturesWithoutAPattern) {
     Write(picture);
     ExpectRefused("photo.jpg " + std::string(kPa), folder(), {"photo.jpg"});
   }
-  ExpectRefusedInWords("photo.jpg " + std::string(kPa), folder(), {"photo.jpg"});
+  ExpectRefusalText("photo.jpg " + std::string(kPa), folder(), {"photo.jpg"});
 }
 
 TEST_F(AnalyzePhoto, ReadsAHundredMegapixelsInBoundedMemory) {

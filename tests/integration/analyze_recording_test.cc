@@ -21,8 +21,8 @@ namespace fs = std::filesystem;
 
 using nlohmann::json;
 using test::AnalyzeToJson;
+using test::ExpectRefusalText;
 using test::ExpectRefused;
-using test::ExpectRefusedInWords;
 using test::ExpectRejected;
 using test::LagRecording;
 using ::testing::HasSubstr;
@@ -83,9 +83,9 @@ TEST_F(AnalyzeRecording, AnswersWithEveryNumberInAgreement) {
   const std::vector<double> c = deviation.at("cubic");
   EXPECT_NEAR(c[1] + p * (2 * c[2] + p * 3 * c[3]), 0, 1e-6 * std::abs(c[1]));
   // The sign convention: starved filament's error is positive, falling with rising PA.
-  const json& excess = answer.at("acceleration").at("excess_s");
-  EXPECT_GT(excess.front(), 0);
-  EXPECT_LT(excess.back(), 0);
+  const json& surplus = answer.at("acceleration").at("excess_s");
+  EXPECT_GT(surplus.front(), 0);
+  EXPECT_LT(surplus.back(), 0);
 }
 
 TEST_F(AnalyzeRecording, SaysWhatTheShapeOfTheLinesTellsInWordsAndInJson) {
@@ -232,7 +232,7 @@ TEST_F(AnalyzeRecording, RefusesBrokenVideosByName) {
   const std::string whole = test::ReadWhole(video);
   fs::remove(video);
   ExpectRefused("rec", folder(), {"line1.avi", "no such"});
-  ExpectRefusedInWords("rec", folder(), {"line1.avi", "no such"});
+  ExpectRefusalText("rec", folder(), {"line1.avi", "no such"});
   test::WriteWhole(video, whole.substr(0, whole.size() / 2));
   ExpectRefused("rec", folder(), {"line1.avi", "record"});
   test::WriteWhole(video, "");

@@ -49,7 +49,7 @@ class BoardCommand : public testing::Test {
     setup.stops.clear();
     for (const auto& [count, c_rad] :
          {std::pair(10, 0.0), std::pair(6, std::numbers::pi), std::pair(4, 0.0)}) {
-      for (const auto& stop : sim::BoardStops(setup, count, 5, 60, 170, 380, {c_rad})) {
+      for (const auto& stop : sim::BoardStations(setup, count, 5, 60, 170, 380, {c_rad})) {
         setup.stops.push_back(stop);
       }
     }

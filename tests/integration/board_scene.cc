@@ -14,7 +14,8 @@ sim::BoardSetup BoardScene(int per_turn) {
   sim::BoardSetup setup;
   setup.lens = sim::AsRealCamera({});
   const auto add = [&](int count, double c_rad) {
-    for (const sim::SpindleStop& stop : sim::BoardStops(setup, count, 5, 90, 150, 400, {c_rad})) {
+    for (const sim::SpindleStation& stop :
+         sim::BoardStations(setup, count, 5, 90, 150, 400, {c_rad})) {
       setup.stops.push_back(stop);
     }
   };
@@ -50,7 +51,7 @@ part_alignment::BoardMeasurement BoardMeasurementOf(const sim::BoardWorld& world
     }
   }
   const double none = std::numeric_limits<double>::infinity();
-  for (const sim::BoardTouchStop& touch : world.touches) {
+  for (const sim::BoardTouchStation& touch : world.touches) {
     measurement.touches.push_back({std::to_string(touch.mark),
                                    VectorOf(touch.stated_mm),
                                    world.setup.tool_length_mm,

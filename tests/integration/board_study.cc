@@ -56,10 +56,10 @@ struct Case {
   std::function<void(BoardMeasurement&)> stated = {};
 };
 
-void SetStops(sim::BoardSetup& setup, int count, double low_mm, double high_mm) {
+void SetStations(sim::BoardSetup& setup, int count, double low_mm, double high_mm) {
   setup.stops.clear();
   const auto add = [&](int per_turn, double c_rad) {
-    for (const auto& stop : sim::BoardStops(setup, per_turn, 5, 90, low_mm, high_mm, {c_rad})) {
+    for (const auto& stop : sim::BoardStations(setup, per_turn, 5, 90, low_mm, high_mm, {c_rad})) {
       setup.stops.push_back(stop);
     }
   };
@@ -75,24 +75,24 @@ void TouchAll(BoardMeasurement& measurement, double sigma_mm) {
 
 std::vector<Case> Cases() {
   const auto stops = [](int count, double low_mm, double high_mm) {
-    return [=](sim::BoardSetup& setup) { SetStops(setup, count, low_mm, high_mm); };
+    return [=](sim::BoardSetup& setup) { SetStations(setup, count, low_mm, high_mm); };
   };
   return {{"C 0, 180, 0; 100 pictures, 150 … 400 mm", stops(100, 150, 400)},
           {"48 pictures", stops(48, 150, 400)},
           {"heights 250 … 300 mm", stops(100, 250, 300)},
           {"C 0 alone, touched in X, Y, Z",
            [](sim::BoardSetup& setup) {
-             setup.stops = sim::BoardStops(setup, 100, 5, 90, 150, 400, {0});
+             setup.stops = sim::BoardStations(setup, 100, 5, 90, 150, 400, {0});
            },
            [](BoardMeasurement& measurement) { TouchAll(measurement, 2e-3); }},
           {"C 0, 90, 0",
            [](sim::BoardSetup& setup) {
-             SetStops(setup, 100, 150, 400);
+             SetStations(setup, 100, 150, 400);
              for (auto& stop : setup.stops) stop.c_rad /= 2;
            }},
           {"machine of 50 ppm, 50 urad, so stated",
            [](sim::BoardSetup& setup) {
-             SetStops(setup, 100, 150, 400);
+             SetStations(setup, 100, 150, 400);
              setup.machine.scale = setup.machine.square_rad = 50e-6;
            },
            [](BoardMeasurement& measurement) {
@@ -100,12 +100,12 @@ std::vector<Case> Cases() {
            }},
           {"machine repeats to 10 um, not stated",
            [](sim::BoardSetup& setup) {
-             SetStops(setup, 100, 150, 400);
+             SetStations(setup, 100, 150, 400);
              setup.machine.repeatability_mm = 0.010;
            }},
           {"0.1 px where 0.05 is stated",
            [](sim::BoardSetup& setup) {
-             SetStops(setup, 100, 150, 400);
+             SetStations(setup, 100, 150, 400);
              setup.sigma_px = 0.1;
            },
            [](BoardMeasurement& measurement) {
@@ -115,7 +115,7 @@ std::vector<Case> Cases() {
            }},
           {"printed 5 % wrong each way, bent by 5 mm, no layout",
            [](sim::BoardSetup& setup) {
-             SetStops(setup, 100, 150, 400);
+             SetStations(setup, 100, 150, 400);
              setup.sheet.print_scale = 0.05;
              setup.sheet.bend_mm = 5;
            },
@@ -358,7 +358,7 @@ TEST(BoardStudy, MeasuresPartsAsTable3Has) {
   const std::uint64_t boards = std::min(Boards(), kMost);
   for (std::uint64_t i = 0; i < boards; ++i) {
     sim::BoardSetup setup = test::BoardScene();
-    SetStops(setup, 100, 150, 400);
+    SetStations(setup, 100, 150, 400);
     const auto board = sim::DrawBoardWorld(setup, FirstSeed() + i);
     BoardCalibration calibration;
     CalibratedBy(board, calibration);
@@ -563,7 +563,7 @@ std::vector<Fault> OddPictures() {
     std::swap(seen[0].target, seen[random.Below(seen.size() - 1) + 1].target);
   };
   const auto heights = [](double low_mm, double high_mm) {
-    return [=](sim::BoardSetup& setup, Random&) { SetStops(setup, 100, low_mm, high_mm); };
+    return [=](sim::BoardSetup& setup, Random&) { SetStations(setup, 100, low_mm, high_mm); };
   };
   const auto no_touch = [](BoardMeasurement& measurement, Random&) { measurement.touches.clear(); };
   const auto one_turn = [](sim::BoardSetup& setup, Random&) {
@@ -608,14 +608,14 @@ void NameAll(const std::vector<Fault>& faults) {
       const std::uint64_t seed = FirstSeed() + i;
       Random random = Random(seed).Fork(17);
       sim::BoardSetup setup = test::BoardScene();
-      SetStops(setup, 60, 150, 400);
+      SetStations(setup, 60, 150, 400);
       if (fault.in_world) fault.in_world(setup, random);
       const auto world = sim::DrawBoardWorld(setup, seed);
       BoardMeasurement measurement = test::BoardMeasurementOf(world);
       if (fault.in_table) fault.in_table(measurement, random);
       const auto calibration = CalibrateByBoard(measurement, {});
       ASSERT_TRUE(calibration) << fault.name << ": " << calibration.error().message;
-      named += test::Says(*calibration, fault.words) ? 1 : 0;
+      named += test::ReasonContains(*calibration, fault.words) ? 1 : 0;
       const bool good = calibration->verdict == Verdict::kGood;
       not_good += good ? 0 : 1;
       if (!good) continue;

@@ -36,7 +36,7 @@ TEST(Calibrate, FindsTheTruthAndLeavesThePrinterAsItWas) {
   struct Row {
     std::vector<std::string> arguments;
     double place_mm;
-    std::size_t least_frames;
+    std::size_t min_frames;
     bool at_once;
   };
   for (const Row& row :
@@ -74,7 +74,7 @@ TEST(Calibrate, FindsTheTruthAndLeavesThePrinterAsItWas) {
     EXPECT_EQ(again["pressure_advance_s"], answer["pressure_advance_s"]);
     const PlacedFrames placed = CompareWithTruth(shop.folder() / "rec", shop.camera().truth());
     EXPECT_EQ(placed.unmatched, 0);
-    ASSERT_GT(placed.error_mm.size(), row.least_frames);
+    ASSERT_GT(placed.error_mm.size(), row.min_frames);
     EXPECT_LT(PlaceErrorOf99Percent_mm(placed), row.place_mm);
   }
 }

@@ -40,7 +40,7 @@ sim::MountedRig Wrong() {
 
 TEST(CameraSetup, FindsHowLaserAndCameraSitAndLeavesThePrinterAsItWas) {
   constexpr std::uint64_t kSeed = 7;
-  MachineShop shop(SetupShop(kSeed, Wrong()));
+  MachineShop shop(SetupHall(kSeed, Wrong()));
   shop.Script(kWorkedWith);
   const PrinterLook before = shop.Look();
   const std::string settings = ReadWhole(shop.folder() / "trammel.toml");
@@ -63,7 +63,7 @@ TEST(CameraSetup, FindsHowLaserAndCameraSitAndLeavesThePrinterAsItWas) {
 TEST(CameraSetup, ALaserThatIsNotSeenIsNamedBeforeAnythingIsPrinted) {
   sim::MountedRig rig;
   rig.rig.laser_brightness = 0;
-  MachineShop shop(SetupShop(7, rig));
+  MachineShop shop(SetupHall(7, rig));
   const PrinterLook before = shop.Look();
   const ProcessEnd end = shop.Run(SetupArguments(shop), kEnough_s);
   EXPECT_EQ(end.exit_code, 2) << end.standard_error;
@@ -73,7 +73,7 @@ TEST(CameraSetup, ALaserThatIsNotSeenIsNamedBeforeAnythingIsPrinted) {
 }
 
 TEST(CameraSetup, AnInterruptionWithTheLaserOnLeavesThePrinterAsItWas) {
-  MachineShop shop(SetupShop(7, {}));
+  MachineShop shop(SetupHall(7, {}));
   shop.Script(kWorkedWith);
   const PrinterLook before = shop.Look();
   TrammelProcess process(SetupArguments(shop, {"--write", "new.toml"}), shop.folder());

@@ -53,7 +53,7 @@ TEST(CastingFit, IsWithinWhatTheTrianglesAreOffOfTheBestAtAMillionTriangles) {
   EXPECT_GE(LeastExactStock_mm(world, fit), kLeast_mm - 1e-6);
   int binding = 0;
   for (const auto& at : fit.stock_allowances) {
-    EXPECT_GE(at.stock_allowance_mm, at.least_mm - 1e-6);
+    EXPECT_GE(at.stock_allowance_mm, at.min_mm - 1e-6);
     if (!at.binding) continue;
     ++binding;
     EXPECT_TRUE(world.casting.dent[at.point]) << "the placement rests on the dents alone";
@@ -75,7 +75,7 @@ TEST(CastingFit, ACoarseMeshIsSaidToBeCoarseAndLeavesTheLeastAllTheSame) {
 
 TEST(CastingFit, AToleranceThatTheTrianglesDoNotKeepLeavesTheAnswerOpen) {
   CastingWorld world = WorldWithMesh(FewPoints(), kSeed + 1, 40);
-  world.input.surfaces[0].most_facet_error_mm = 0.01;
+  world.input.surfaces[0].max_facet_error_mm = 0.01;
   const PartFit fit = Fit(world);
   EXPECT_EQ(fit.verdict, Verdict::kCannotTell);
   EXPECT_THAT(fit.reason, HasSubstr("too coarse"));
@@ -99,7 +99,7 @@ TEST(CastingFit, WhereNoPlacementExistsItSaysHowMuchIsMissingAtBest) {
 
 TEST(CastingFit, WhereCoarseTrianglesAskForWhatIsMissingItIsLeftOpen) {
   CastingWorld world = WorldWithMesh(FewPoints(), kSeed + 3, 16);
-  world.options.least_stock_allowance_mm = 1.2;
+  world.options.min_stock_allowance_mm = 1.2;
   const PartFit fit = Fit(world);
   EXPECT_EQ(fit.verdict, Verdict::kCannotTell);
   EXPECT_THAT(fit.reason, HasSubstr("finer deflection"));

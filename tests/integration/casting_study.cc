@@ -31,7 +31,7 @@ struct Row {
   double shift_mm = 0;
   double turn_rad = 0;
   double facet_mm = 0;
-  double least_mm = 1e9;
+  double min_mm = 1e9;
 };
 
 Row Repeat(const sim::CastingTraits& traits, int steps) {
@@ -51,7 +51,7 @@ Row Repeat(const sim::CastingTraits& traits, int steps) {
     row.shift_mm = std::max(row.shift_mm, error.shift_mm);
     row.turn_rad = std::max(row.turn_rad, error.turn_rad);
     row.facet_mm = std::max(row.facet_mm, fit->facet_error_mm);
-    row.least_mm = std::min(row.least_mm, LeastExactStock_mm(world, *fit));
+    row.min_mm = std::min(row.min_mm, LeastExactStock_mm(world, *fit));
   }
   return row;
 }
@@ -64,10 +64,10 @@ TEST(CastingStudy, ComesAsNearTheBestPlacementAsItsTrianglesAllow) {
     const Row row = Repeat({}, steps);
     fmt::print("| {} | {} of {} | {:.2f} | {:.2f} | {:.1f} | {:.6f} |\n", 12 * steps * steps,
                row.good, Castings(), 1e3 * row.shift_mm, 1e6 * row.turn_rad, 1e3 * row.facet_mm,
-               row.least_mm);
+               row.min_mm);
     std::fflush(stdout);
     EXPECT_EQ(row.good, static_cast<int>(Castings()));
-    EXPECT_GE(row.least_mm, 0.5 - 1e-6);
+    EXPECT_GE(row.min_mm, 0.5 - 1e-6);
     EXPECT_LE(row.shift_mm, 4 * row.facet_mm);
   }
 }
@@ -137,7 +137,7 @@ TEST(CastingStudy, GivesNoPlacementThatIsWrong) {
         ++caught;
         if (seed == FirstSeed()) fmt::print("{}\n", fit->reason);
       } else if (fit) {
-        fmt::print("seed {}: uneven {:.3f} least {:.3f}\n", seed, fit->uneven_mm, fit->least_mm);
+        fmt::print("seed {}: uneven {:.3f} least {:.3f}\n", seed, fit->uneven_mm, fit->min_mm);
       }
     }
     fmt::print("| {} | {} of {} |\n", fault.name, caught, Castings());

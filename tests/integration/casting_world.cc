@@ -41,7 +41,7 @@ CastingWorld MakeCastingWorld(const Vector3d& half_mm, const sim::CastingTraits&
                                   InMeasurement(world.casting, world.targets_mm.back()), kSigma_mm,
                                   ""});
   }
-  world.options.least_stock_allowance_mm = traits.least_mm - world.options.guard_sigmas * kSigma_mm;
+  world.options.min_stock_allowance_mm = traits.min_mm - world.options.guard_sigmas * kSigma_mm;
   return world;
 }
 

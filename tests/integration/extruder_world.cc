@@ -18,7 +18,7 @@ constexpr double kNominal_mm2 = 0.11;  // line cross-section
 // Flow over stored filament, tabulated over the square root of flow: thinning laws are steep at 0.
 class HotEnd {
  public:
-  HotEnd(const StoredLaw& law, double scale, double second_s, double fastest_mm_s)
+  HotEnd(const StoredModel& law, double scale, double second_s, double fastest_mm_s)
       : second_s_(second_s), fastest_mm_s_(fastest_mm_s) {
     for (int i = 0; i <= kCells; ++i) stored_.push_back(scale * law(FlowAt(i)));
   }
@@ -173,11 +173,11 @@ std::vector<double> LaidAreas(const ExtruderWorld& world, double k_star_s,
 
 }  // namespace
 
-StoredLaw PowerLaw(double exponent) {
+StoredModel PowerLaw(double exponent) {
   return [exponent](double q) { return std::pow(q, exponent); };
 }
 
-StoredLaw TanhLaw(double share, double knee_mm_s) {
+StoredModel TanhLaw(double share, double knee_mm_s) {
   return [=](double q) { return (1 - share) * q + share * knee_mm_s * std::tanh(q / knee_mm_s); };
 }
 

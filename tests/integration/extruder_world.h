@@ -11,15 +11,15 @@
 namespace trammel::test {
 
 /// Filament stored at a steady flow (both in mm of line), of any scale, rising from 0.
-using StoredLaw = std::function<double(double flow_mm_s)>;
+using StoredModel = std::function<double(double flow_mm_s)>;
 
-[[nodiscard]] StoredLaw PowerLaw(double exponent);
+[[nodiscard]] StoredModel PowerLaw(double exponent);
 /// Storage of which the share a saturates: (1 - a) q + a q0 tanh(q / q0).
-[[nodiscard]] StoredLaw TanhLaw(double share, double knee_mm_s);
+[[nodiscard]] StoredModel TanhLaw(double share, double knee_mm_s);
 
 /// One printer, its pattern, and the noise of the eye that reads it.
 struct ExtruderWorld {
-  StoredLaw law = PowerLaw(1);    ///< scaled so that k_star_s is the secant over the speed change
+  StoredModel law = PowerLaw(1);  ///< scaled so that k_star_s is the secant over the speed change
   double k_star_s = 0.03;         ///< pattern's mean line; >= 0
   double second_share = 0;        ///< share of the storage in a second, linear stage behind it
   double lag_scatter_s = 0.0015;  ///< 1 sigma from line to line

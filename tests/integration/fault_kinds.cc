@@ -52,11 +52,11 @@ RandomStrike Camera(CameraFaultKind kind, bool brief = false) {
   };
 }
 
-RandomStrike Disconnect(double least_s, double most_s) {
+RandomStrike Disconnect(double min_s, double max_s) {
   return [=](MachineShop& shop, TrammelProcess&, Random& random) {
     sim::ServerFaults faults;
     faults.close_at_s = 0;
-    faults.refuse_for_s = random.Uniform(least_s, most_s);
+    faults.refuse_for_s = random.Uniform(min_s, max_s);
     shop.server().Inject(faults);
   };
 }
@@ -267,7 +267,7 @@ const std::vector<FaultKind>& FaultKinds() {
   return kinds;
 }
 
-const std::vector<std::string>& StageWords() {
+const std::vector<std::string>& StageText() {
   static const std::vector<std::string> words = {"",
                                                  "checking the printer",
                                                  "looking at the camera",

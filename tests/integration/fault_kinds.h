@@ -33,7 +33,7 @@ struct FaultKind {
 
 /// The words on standard error with which each stage of a calibration begins, in order; the first
 /// is empty: before any.
-[[nodiscard]] const std::vector<std::string>& StageWords();
+[[nodiscard]] const std::vector<std::string>& StageText();
 
 /// The fault at a moment within the stage, both named by the seed's own random numbers.
 [[nodiscard]] Scenario FaultInStage(const FaultKind& kind, const std::string& stage_word,

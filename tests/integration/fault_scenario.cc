@@ -70,7 +70,7 @@ const char* const kWorkedWith =
 namespace {
 
 // Frames that a .times file says are in its video.
-int ToldFrames(const fs::path& times) {
+int LoggedFrames(const fs::path& times) {
   std::istringstream text(ReadWhole(times));
   int frames = 0;
   for (std::string line; std::getline(text, line);) {
@@ -104,7 +104,7 @@ RecordingLook LookAtRecording(const MachineShop& shop) {
   look.folder = fs::exists(folder, ignored);
   while (fs::exists(folder / ("line" + std::to_string(look.videos) + ".avi"), ignored)) {
     const fs::path video = folder / ("line" + std::to_string(look.videos) + ".avi");
-    const int told = ToldFrames(video.string() + ".times");
+    const int told = LoggedFrames(video.string() + ".times");
     look.told_frames += told;
     look.kept_frames += std::min(told, KeptFrames(video));
     ++look.videos;

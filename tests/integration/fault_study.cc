@@ -57,7 +57,7 @@ TEST(FaultStudy, EveryPrinterIsLeftSafeNoRecordingIsLostNoBrokenScanGivesANumber
   const StudySeeds seeds = SeedsOfStudy(500, kFirstSeed);
   SideBySide side(kWidth);
   const auto& kinds = FaultKinds();
-  const auto& stages = StageWords();
+  const auto& stages = StageText();
   // The numbers of kinds and of stages have no common divisor: all pairs come in turn.
   ASSERT_EQ(std::gcd(kinds.size(), stages.size()), 1U);
   const auto kind_of = [&](std::uint64_t seed) -> const FaultKind& {

@@ -14,21 +14,21 @@
 namespace trammel::test {
 namespace {
 
-struct ToldFrame {
+struct LoggedFrame {
   double arrival_s = 0;
   std::optional<double> captured_s;
 };
 
 // The frames of a video, from its .times; damaged ones left out.
-std::vector<ToldFrame> ReadTimes(const std::filesystem::path& file) {
-  std::vector<ToldFrame> frames;
+std::vector<LoggedFrame> ReadTimes(const std::filesystem::path& file) {
+  std::vector<LoggedFrame> frames;
   std::istringstream text(ReadWhole(file));
   for (std::string line; std::getline(text, line);) {
     std::istringstream fields(line);
     std::string number, arrival, captured;
     if (line.empty() || line[0] == '#' || !(fields >> number >> arrival >> captured)) continue;
     if (number == "-" || number.find_first_not_of("0123456789") != std::string::npos) continue;
-    ToldFrame frame{std::stod(arrival), {}};
+    LoggedFrame frame{std::stod(arrival), {}};
     if (captured != "-") frame.captured_s = std::stod(captured);
     frames.push_back(frame);
   }
@@ -45,16 +45,16 @@ const sim::CameraTruth* ByStamp(const std::vector<sim::CameraTruth>& truth, doub
 
 // Finds the start of a video in the camera's log: the best match of sending and arrival.
 std::size_t FirstByOrder(const std::vector<sim::CameraTruth>& truth,
-                         const std::vector<ToldFrame>& frames) {
+                         const std::vector<LoggedFrame>& frames) {
   std::size_t best = 0;
-  double least_s = std::numeric_limits<double>::infinity();
+  double min_s = std::numeric_limits<double>::infinity();
   for (std::size_t begin = 0; begin + frames.size() <= truth.size(); ++begin) {
     double apart_s = 0;
-    for (std::size_t i = 0; i < frames.size() && apart_s < least_s; ++i) {
+    for (std::size_t i = 0; i < frames.size() && apart_s < min_s; ++i) {
       apart_s += std::abs(frames[i].arrival_s - truth[begin + i].sent_s);
     }
-    if (apart_s < least_s) {
-      least_s = apart_s;
+    if (apart_s < min_s) {
+      min_s = apart_s;
       best = begin;
     }
   }

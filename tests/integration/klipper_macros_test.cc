@@ -46,7 +46,7 @@ std::map<std::string, std::string> ReadSections() {
 }
 
 /// Returns the word after each occurrence of `prefix`.
-std::vector<std::string> WordsAfter(const std::string& text, const std::string& prefix) {
+std::vector<std::string> TextsAfter(const std::string& text, const std::string& prefix) {
   std::vector<std::string> words;
   const std::regex pattern(prefix + "([A-Za-z0-9_]+)");
   for (std::sregex_iterator it(text.begin(), text.end(), pattern), end; it != end; ++it) {
@@ -60,23 +60,23 @@ TEST(KlipperMacros, EveryNameThatAMacroUsesIsDefined) {
   const std::string& limits = sections.at("gcode_macro _TRAMMEL_LIMITS");
   std::size_t uses = 0;
   for (const auto& [header, text] : sections) {
-    for (const std::string& id : WordsAfter(text, "UPDATE_DELAYED_GCODE ID=")) {
+    for (const std::string& id : TextsAfter(text, "UPDATE_DELAYED_GCODE ID=")) {
       EXPECT_TRUE(sections.contains("delayed_gcode " + id)) << header << " uses " << id;
       ++uses;
     }
-    for (const std::string& pin : WordsAfter(text, "SET_PIN PIN=")) {
+    for (const std::string& pin : TextsAfter(text, "SET_PIN PIN=")) {
       EXPECT_TRUE(sections.contains("output_pin " + pin)) << header << " uses " << pin;
       ++uses;
     }
-    for (const std::string& macro : WordsAfter(text, "SET_GCODE_VARIABLE MACRO=")) {
+    for (const std::string& macro : TextsAfter(text, "SET_GCODE_VARIABLE MACRO=")) {
       EXPECT_TRUE(sections.contains("gcode_macro " + macro)) << header << " uses " << macro;
       ++uses;
     }
-    for (const std::string& name : WordsAfter(text, "_TRAMMEL_LIMITS\"\\]\\.")) {
+    for (const std::string& name : TextsAfter(text, "_TRAMMEL_LIMITS\"\\]\\.")) {
       EXPECT_THAT(limits, testing::HasSubstr("variable_" + name + ":")) << header;
       ++uses;
     }
-    for (const std::string& name : WordsAfter(text, "\\n *(?=LASER_|_?TRAMMEL_)")) {
+    for (const std::string& name : TextsAfter(text, "\\n *(?=LASER_|_?TRAMMEL_)")) {
       EXPECT_TRUE(sections.contains("gcode_macro " + name)) << header << " calls " << name;
       ++uses;
     }
@@ -93,8 +93,8 @@ TEST(KlipperMacros, APrinterWithoutALaserNeedsNothingOfTheLasers) {
   for (const auto& [header, text] : sections) {
     EXPECT_FALSE(header.starts_with("output_pin")) << header;
     const std::string rest = std::regex_replace(text, guarded, "");
-    EXPECT_THAT(WordsAfter(rest, "\\n *(?=LASER_)"), testing::IsEmpty()) << header;
-    EXPECT_THAT(WordsAfter(rest, "ID=(?=_trammel_laser)"), testing::IsEmpty()) << header;
+    EXPECT_THAT(TextsAfter(rest, "\\n *(?=LASER_)"), testing::IsEmpty()) << header;
+    EXPECT_THAT(TextsAfter(rest, "ID=(?=_trammel_laser)"), testing::IsEmpty()) << header;
   }
 }
 
@@ -187,7 +187,7 @@ TEST(KlipperMacros, WhoeverAsksLooksForAPrintFirstAndWaitsForAnAnswer) {
 TEST(KlipperMacros, TheButtonsOfADialogCallMacrosAndHandOnWhatTheyWereGiven) {
   const auto sections = ReadSections();
   const std::string& ask = sections.at("gcode_macro TRAMMEL_ASK");
-  const auto called = WordsAfter(ask, "prompt_footer_button [A-Za-z ]+\\|");
+  const auto called = TextsAfter(ask, "prompt_footer_button [A-Za-z ]+\\|");
   EXPECT_GE(called.size(), 13U);
   for (const std::string& macro : called) {
     EXPECT_TRUE(sections.contains("gcode_macro " + macro)) << macro;
@@ -201,7 +201,7 @@ TEST(KlipperMacros, TheButtonsOfADialogCallMacrosAndHandOnWhatTheyWereGiven) {
 std::set<std::string> Called(const std::map<std::string, std::string>& sections,
                              const std::string& macro, std::set<std::string> known = {}) {
   for (const std::string& name :
-       WordsAfter(sections.at("gcode_macro " + macro), "\\n *(?=_?[A-Z])")) {
+       TextsAfter(sections.at("gcode_macro " + macro), "\\n *(?=_?[A-Z])")) {
     if (!sections.contains("gcode_macro " + name) || !known.insert(name).second) continue;
     known.merge(Called(sections, name, known));
   }
@@ -242,7 +242,7 @@ TEST(KlipperMacros, WhatADialogOfMacrosBeginsLooksFirstWhetherItIsOpen) {
   const auto sections = ReadSections();
   std::size_t dialogs = 0;
   for (const auto& [header, text] : sections) {
-    for (const std::string& macro : WordsAfter(text, "_TRAMMEL_CONFIRM [^\\n]*MACRO=")) {
+    for (const std::string& macro : TextsAfter(text, "_TRAMMEL_CONFIRM [^\\n]*MACRO=")) {
       const std::string& button = sections.at("gcode_macro " + macro);
       EXPECT_THAT(button, testing::HasSubstr("gcode:\n    _TRAMMEL_CONFIRMED TOKEN=")) << macro;
       ++dialogs;
@@ -257,10 +257,10 @@ TEST(KlipperMacros, BracesAndBlocksAreBalancedInEveryTemplate) {
   for (const auto& [header, text] : ReadSections()) {
     EXPECT_EQ(std::count(text.begin(), text.end(), '{'), std::count(text.begin(), text.end(), '}'))
         << header;
-    EXPECT_EQ(WordsAfter(text, "\\{% (?=if )").size(), WordsAfter(text, "\\{% (?=endif )").size())
+    EXPECT_EQ(TextsAfter(text, "\\{% (?=if )").size(), TextsAfter(text, "\\{% (?=endif )").size())
         << header;
     // A variable's name is lower case in Klipper, whoever set it.
-    for (const std::string& name : WordsAfter(text, "\nvariable_")) {
+    for (const std::string& name : TextsAfter(text, "\nvariable_")) {
       EXPECT_TRUE(std::none_of(name.begin(), name.end(), [](unsigned char c) {
         return std::isupper(c) != 0;
       })) << name;

@@ -39,10 +39,10 @@ class LinuxCncFixture : public testing::Test {
 
   static nlohmann::json Screen(const std::string& words) {
     linuxcnc_->AskScreen(words);
-    return Told();
+    return StatedMachine();
   }
-  static nlohmann::json Told() {
-    const std::string told = linuxcnc_->ScreenTells();
+  static nlohmann::json StatedMachine() {
+    const std::string told = linuxcnc_->ScreenText();
     EXPECT_FALSE(told.empty()) << linuxcnc_->log();
     return told.empty() ? nlohmann::json::object() : nlohmann::json::parse(told);
   }

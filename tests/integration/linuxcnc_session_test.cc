@@ -82,7 +82,7 @@ TEST_F(LinuxCncSessionTest, NothingMovesAfterTheScreenTookOver) {
     ASSERT_FALSE(again);
     EXPECT_THAT(again.error().message, HasSubstr("somebody took LinuxCNC over"));
     EXPECT_FALSE(machine->WriteOffset(1, {}, {}));
-    const json seen = Told();
+    const json seen = StatedMachine();
     EXPECT_EQ(seen["went_mm"], 0) << i;
     EXPECT_EQ(seen["manual"], true) << i;
   }

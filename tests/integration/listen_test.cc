@@ -56,7 +56,7 @@ class Listen : public testing::Test {
     int before = 0;
     shop_->With([&](sim::VirtualKlipper& klipper) { before = TimesRead(klipper, answer); });
     shop_->Script(macro);
-    WaitToHear(answer, before);
+    WaitUntilAnswered(answer, before);
   }
 
   // Asks for a calibration and presses the dialog's button.
@@ -65,10 +65,10 @@ class Listen : public testing::Test {
     shop_->With([&](sim::VirtualKlipper& klipper) { before = TimesRead(klipper, answer); });
     Ask("TRAMMEL_PA" + parameters, "TRAMMEL_ASK BUTTONS=start");
     shop_->Confirm();
-    WaitToHear(answer, before);
+    WaitUntilAnswered(answer, before);
   }
 
-  void WaitToHear(const std::string& answer, int more_often_than = 0) {
+  void WaitUntilAnswered(const std::string& answer, int more_often_than = 0) {
     shop_->WaitUntil(
         [&](sim::VirtualKlipper& klipper) { return TimesRead(klipper, answer) > more_often_than; },
         "the printer was told: " + answer, *process_, kEnough_s);
@@ -110,21 +110,21 @@ TEST_F(Listen, CalibratesWhenAskedAndAppliesOnlyWhenTold) {
   EXPECT_EQ(shop_->Look().bed_target_c, before_.bed_target_c);
   const std::string filament = " FILAMENT=\"PLA+ 50%\"";
   Calibrate("_TRAMMEL_KEEP_ALIVE", filament);
-  WaitToHear("heating");
+  WaitUntilAnswered("heating");
   shop_->Confirm();  // a second press
-  WaitToHear("already at work");
+  WaitUntilAnswered("already at work");
   Ask("TRAMMEL_APPLY", "still calibrating");
-  WaitToHear("M117 scanning line 1");
+  WaitUntilAnswered("M117 scanning line 1");
   int asked = 1;
-  constexpr int kMostTimes = 3;
+  constexpr int kMaxTimes = 3;
   while (!HasAnswer()) {
-    ASSERT_LT(asked, kMostTimes) << process_->StandardErrorSoFar();
+    ASSERT_LT(asked, kMaxTimes) << process_->StandardErrorSoFar();
     Ask("TRAMMEL_APPLY", "nothing to apply");
     Calibrate("_TRAMMEL_KEEP_ALIVE", filament);
     ++asked;
   }
   EXPECT_THAT(shop_->Faulty(before_), IsEmpty());
-  WaitToHear("TRAMMEL_ASK BUTTONS=use MSG=\"pressure_advance = 0.0");
+  WaitUntilAnswered("TRAMMEL_ASK BUTTONS=use MSG=\"pressure_advance = 0.0");
   Ask("TRAMMEL_APPLY", "kept for pla__2b_50__25 on extruder/0.40");
   shop_->With([](sim::VirtualKlipper& klipper) {
     EXPECT_THAT(klipper.saved_variables["trammel_pa"],

@@ -134,7 +134,7 @@ MachineShop::MachineShop(ShopOptions options) : options_(std::move(options)) {
   if (options_.with_camera) {
     camera_ = ValueOr(
         sim::CameraServer::Start(options_.camera, std::make_shared<RestingBed>(machine_),
-                                 sim::LaserEyeOf(options_.seed, options_.camera.condition)));
+                                 sim::LaserRandom(options_.seed, options_.camera.condition)));
     server.hub.camera_port = [port = camera_->port()] { return port; };
   }
   server_ = ValueOr(sim::PrinterServer::Start(*machine_, server));

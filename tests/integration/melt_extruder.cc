@@ -102,7 +102,7 @@ MeltSteady MeltExtruder::Steady(double drive_mm_s) const {
 }
 
 double MeltExtruder::Stored_mm() const {
-  double sum = -play_mm_;
+  double sum = -backlash_mm_;
   for (const double stored : stored_mm_) sum += stored;
   for (const double crept : crept_mm_) sum += crept;
   return sum;
@@ -115,9 +115,9 @@ double MeltExtruder::Pressure(std::size_t node) const {
 }
 
 double MeltExtruder::ThroughBacklash(double driven_mm) {
-  const double taken = driven_mm > 0 ? std::min(driven_mm, play_mm_)
-                                     : std::max(driven_mm, play_mm_ - physics_.backlash_mm);
-  play_mm_ -= taken;
+  const double taken = driven_mm > 0 ? std::min(driven_mm, backlash_mm_)
+                                     : std::max(driven_mm, backlash_mm_ - physics_.backlash_mm);
+  backlash_mm_ -= taken;
   return driven_mm - taken;
 }
 

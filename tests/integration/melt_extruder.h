@@ -92,7 +92,7 @@ class MeltExtruder {
   std::vector<double> stored_mm_, crept_mm_;  ///< a nozzle's below 0: a void to be filled again
   double flow_mm_s_ = 0, usual_flow_mm_s_ = 0;
   double structure_ = 1, cold_ = 0;
-  double play_mm_ = 0, slipped_mm_ = 0;
+  double backlash_mm_ = 0, slipped_mm_ = 0;
 };
 
 }  // namespace trammel::test

@@ -16,7 +16,7 @@ constexpr double kLinePerFilament = 21.79;  // mm of line that 1 mm of filament 
 using Change = std::function<void(MeltWorld&)>;
 using Add = std::function<void(const std::string&, const Change&)>;
 
-void AddFlowLaws(const Add& add) {
+void AddFlowModels(const Add& add) {
   for (const double exponent : {0.3, 0.5, 0.7}) {
     add(fmt::format("power {}", exponent),
         [=](MeltWorld& world) { world.physics.exponent = exponent; });
@@ -186,7 +186,7 @@ std::vector<MeltRow> MeltRows(const MeltWorld& usual) {
     change(rows.back().world);
   };
   add("linear", [](MeltWorld&) {});
-  AddFlowLaws(add);
+  AddFlowModels(add);
   AddStorages(add);
   AddDriveFaults(add);
   AddScatter(add);

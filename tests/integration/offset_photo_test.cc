@@ -18,7 +18,7 @@ using ::testing::HasSubstr;
 constexpr double kDegree = std::numbers::pi / 180;
 constexpr sim::SheetName kName{71, 0, 0};
 /// The intervals hold heights and colours; an error beyond twice of one is a fault of the reader.
-constexpr double kMostHalfWidths = 2;
+constexpr double kMaxHalfWidths = 2;
 constexpr double kWorst_mm = 0.025;
 
 // Printed once for all: two tools, nine teeth, laid out for a photo of 3 MP.
@@ -57,7 +57,7 @@ class OffsetPhoto : public testing::Test {
     ASSERT_TRUE(measured.good()) << measured.reason();
     const Quantity& quantity = measured.quantity();
     const double half_mm = (quantity.interval95.hi - quantity.interval95.lo) / 2;
-    EXPECT_LT(std::abs(quantity.value - truth_mm), kMostHalfWidths * half_mm);
+    EXPECT_LT(std::abs(quantity.value - truth_mm), kMaxHalfWidths * half_mm);
     EXPECT_LT(std::abs(quantity.value - truth_mm), kWorst_mm);
   }
   static void ExpectRight(const tool_offset::SheetResult& result) {

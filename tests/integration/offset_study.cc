@@ -43,7 +43,7 @@ std::uint64_t SeedOf(int row, int sheet) {
 struct Answers {
   Tally fine;
   Tally coarse;
-  Tally play;
+  Tally backlash;
   int refused = 0;  ///< values, those of refused sheets among them
   int wrong = 0;
   std::map<std::string, int> reasons;
@@ -58,8 +58,8 @@ struct Answers {
   }
   void Add(const tool_offset::SheetResult& result, const sim::PrintedSheet& sheet, int reference) {
     Add(result.tools, sheet, reference);
-    play.Add(result.backlash_mm.x, sheet.backlash_mm[0]);
-    play.Add(result.backlash_mm.y, sheet.backlash_mm[1]);
+    backlash.Add(result.backlash_mm.x, sheet.backlash_mm[0]);
+    backlash.Add(result.backlash_mm.y, sheet.backlash_mm[1]);
   }
   void Add(const SeenSheet& seen, int reference) {
     if (seen.result) return Add(*seen.result, seen.sheet, reference);
@@ -74,7 +74,7 @@ struct Answers {
                          tally.error_um.size(), tally.Mean(), tally.Quantile(0.95),
                          tally.Quantile(1), tally.MeanHalfWidth_um(), 100 * tally.Coverage());
     };
-    fmt::print("| {} | {} | {} | {} | {} | {} |\n", name, cell(fine), cell(coarse), cell(play),
+    fmt::print("| {} | {} | {} | {} | {} | {} |\n", name, cell(fine), cell(coarse), cell(backlash),
                refused, wrong);
     for (const auto& [reason, count] : reasons) fmt::print("    {} x {}\n", count, reason);
     std::fflush(stdout);
@@ -147,13 +147,13 @@ void ExpectUnbiased(const Tally& tally) {
   EXPECT_LT(std::abs(tally.Mean()), 4 * std::sqrt(squares) / count);
 }
 
-void ExpectGood(const Answers& answers, double most_um) {
-  constexpr double kMostPlay_um = 5;
+void ExpectGood(const Answers& answers, double max_um) {
+  constexpr double kMaxBacklash_um = 5;
   EXPECT_EQ(answers.refused + answers.wrong, 0);
-  EXPECT_LE(answers.fine.Quantile(0.95), most_um);
-  EXPECT_LE(answers.play.Quantile(0.95), kMostPlay_um);
+  EXPECT_LE(answers.fine.Quantile(0.95), max_um);
+  EXPECT_LE(answers.backlash.Quantile(0.95), kMaxBacklash_um);
   ExpectCovered(answers.fine);
-  ExpectCovered(answers.play);
+  ExpectCovered(answers.backlash);
   ExpectUnbiased(answers.fine);
 }
 
@@ -402,14 +402,14 @@ TEST(OffsetStudy, UnderFaultsAnswersAreRightOrRefused) {
     }
   }
   for (const int tools : {5, 8}) {
-    for (const double most_mm : {10.0, 12.0}) {
-      const Row row{fmt::format("{} tools, all up to {} mm off", tools, most_mm),
+    for (const double max_mm : {10.0, 12.0}) {
+      const Row row{fmt::format("{} tools, all up to {} mm off", tools, max_mm),
                     {SheetOfTools(tools)},
                     0,
                     [=](Random& random, sim::SheetMachine& machine, sim::SheetPaper&) {
                       for (int tool = 1; tool < tools; ++tool) {
                         machine.tools[static_cast<std::size_t>(tool)].offset_mm =
-                            Away(random, 0, most_mm);
+                            Away(random, 0, max_mm);
                       }
                     }};
       EXPECT_EQ(See(row, number++, sheets).wrong, 0) << row.name;

@@ -26,7 +26,7 @@ using ::testing::Not;
 
 constexpr double kPhotoTruth_s = 0.043;
 constexpr double kEnough_s = 240;
-constexpr std::size_t kMostBytes = std::size_t{64} << 20;
+constexpr std::size_t kMaxBytes = std::size_t{64} << 20;
 
 ShopOptions WithoutLaser() {
   ShopOptions options;
@@ -72,7 +72,7 @@ class PhotoPath : public testing::Test {
          std::to_string(kPhotoTruth_s), "--size", "1440x2560", "--seed", "41", "--out", file},
         kEnough_s);
     EXPECT_EQ(taken.exit_code, 0) << taken.standard_error;
-    const auto bytes = files::ReadWholeFile(file, kMostBytes);
+    const auto bytes = files::ReadWholeFile(file, kMaxBytes);
     return bytes ? *bytes : std::string();
   }
 
@@ -82,7 +82,7 @@ class PhotoPath : public testing::Test {
     words.insert(words.end(), more.begin(), more.end());
     const ProcessEnd measured = Run(words);
     ASSERT_EQ(measured.exit_code, 0) << measured.standard_error << measured.standard_output;
-    const auto kept = files::ReadWholeFile(shop_.folder() / folder / "result.json", kMostBytes);
+    const auto kept = files::ReadWholeFile(shop_.folder() / folder / "result.json", kMaxBytes);
     ASSERT_TRUE(kept);
     const json answer = json::parse(*kept)["answers"][0];
     EXPECT_LE(answer["interval95"][0], kPhotoTruth_s) << answer;
@@ -127,7 +127,7 @@ TEST_F(PhotoPath, APatternIsPrintedAndMeasuredWithoutALaser) {
   EXPECT_THAT(other.standard_error, HasSubstr("printed for the filament 'Generic PLA'"));
   ExpectTruth("recordings/measured", {"--filament", "generic_pla"});
   const auto kept =
-      files::ReadWholeFile(shop_.folder() / "recordings/measured/photo.jpg", kMostBytes);
+      files::ReadWholeFile(shop_.folder() / "recordings/measured/photo.jpg", kMaxBytes);
   ASSERT_TRUE(kept);
   EXPECT_EQ(*kept, photo);
 
@@ -159,7 +159,7 @@ TEST_F(PhotoPath, APatternThatSomebodyPrintedByHandIsMeasuredByItsPlanAlone) {
   const ProcessEnd named =
       Run({"pa", "photo", "--plan", "pattern.plan.json", "--out", "recordings/by-hand"});
   ASSERT_EQ(named.exit_code, 0) << named.standard_error;
-  const auto plan = files::ReadWholeFile(shop_.folder() / "pattern.plan.json", kMostBytes);
+  const auto plan = files::ReadWholeFile(shop_.folder() / "pattern.plan.json", kMaxBytes);
   ASSERT_TRUE(plan);
   Upload("pattern.plan.json", *plan);
   const ProcessEnd measured =

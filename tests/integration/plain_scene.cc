@@ -21,9 +21,9 @@ using Eigen::Vector3d;
 using part_alignment::Survey;
 using part_alignment::SurveyedTarget;
 
-constexpr double kLeastAngle_rad = 15 * std::numbers::pi / 180;
-constexpr int kLeastPictures = 4;
-constexpr double kMostSigmas = 5;
+constexpr double kMinAngle_rad = 15 * std::numbers::pi / 180;
+constexpr int kMinPictures = 4;
+constexpr double kMaxSigmas = 5;
 
 struct Motion {
   Matrix3d rotation = Matrix3d::Identity();
@@ -212,8 +212,7 @@ PlainCounts CountPlain(const PlainWorld& world, const Survey& survey) {
   const auto supports = sim::SupportOf(world.part, world.shots, world.shows);
   const auto is_shown = [&](std::size_t mark) {
     return world.part.marks[mark].code == 0 && !(move && move->mark == mark) &&
-           supports[mark].pictures >= kLeastPictures &&
-           supports[mark].widest_rad >= kLeastAngle_rad;
+           supports[mark].pictures >= kMinPictures && supports[mark].widest_rad >= kMinAngle_rad;
   };
   for (std::size_t m = 0; m < world.part.marks.size(); ++m) {
     if (!is_shown(m)) continue;
@@ -240,7 +239,7 @@ PlainCounts CountPlain(const PlainWorld& world, const Survey& survey) {
     if (!target.plain) continue;
     ++counts.given;
     const Nearest nearest = NearestTo(world, motion, target.at_mm);
-    if (SigmasOff(CovarianceOf(survey, i), nearest.off) > kMostSigmas) {
+    if (SigmasOff(CovarianceOf(survey, i), nearest.off) > kMaxSigmas) {
       ++counts.astray;
       const Vector3d at = motion.rotation.transpose() * (target.at_mm - motion.translation);
       if (IsWithinPair(world, at)) ++counts.between;

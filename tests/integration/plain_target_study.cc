@@ -19,7 +19,7 @@ namespace trammel {
 namespace {
 
 constexpr int kReportedNetworks = 20;
-constexpr double kLeastFound = 0.98;  // share of those shown
+constexpr double kMinFound = 0.98;  // share of those shown
 
 std::uint64_t Networks() { return test::WorldsOfStudy(kReportedNetworks); }
 std::uint64_t FirstSeed() { return test::FirstSeedOfStudy(); }
@@ -30,7 +30,7 @@ struct Row {
   PlainCounts sum;
   int nees_within = 0;
   int coded_within = 0;
-  double least_found = 1;
+  double min_found = 1;
   double seconds = 0;
   double longest_s = 0;
 };
@@ -65,7 +65,7 @@ void Add(const PlainCounts& counts, Row& row) {
   if (IsWithin(counts.nees, counts.freedom)) ++row.nees_within;
   if (IsWithin(counts.coded_nees, counts.coded_freedom)) ++row.coded_within;
   if (counts.shown > 0) {
-    row.least_found = std::min(row.least_found, static_cast<double>(counts.found) / counts.shown);
+    row.min_found = std::min(row.min_found, static_cast<double>(counts.found) / counts.shown);
   }
 }
 
@@ -119,7 +119,7 @@ void Print(const std::string& name, const Row& row) {
       "| {} | {}, {} of {} | {} of {} | {:.2f} | {:.1f} | {} of {} | {} | {} ({}, {}) | {} ({}) | "
       "{:.1f} | {:.0f} | {:.3f} | {} | {:.3f} | {} {:.3f} | {:.1f}, {:.1f} |\n",
       name, row.good, row.answered, Networks(), sum.found, sum.shown,
-      100 * Share(sum.found, sum.shown), 100 * row.least_found, sum.pairs_found, sum.pairs_shown,
+      100 * Share(sum.found, sum.shown), 100 * row.min_found, sum.pairs_found, sum.pairs_shown,
       sum.beyond, sum.astray, sum.between, sum.on_screws, sum.twice, sum.coded_again,
       1e3 * std::sqrt(Share(sum.squares_mm2, sum.coordinates)), 1e3 * sum.worst_mm,
       std::sqrt(Share(sum.stated_mm2, sum.squares_mm2)), row.nees_within,
@@ -130,7 +130,7 @@ void Print(const std::string& name, const Row& row) {
 
 void Expect(const Row& row) {
   EXPECT_EQ(row.answered, static_cast<int>(Networks()));
-  EXPECT_GE(row.sum.found, kLeastFound * row.sum.shown);
+  EXPECT_GE(row.sum.found, kMinFound * row.sum.shown);
   EXPECT_EQ(row.sum.astray, 0);
   EXPECT_EQ(row.sum.twice, 0);
 }

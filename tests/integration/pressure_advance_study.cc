@@ -76,7 +76,7 @@ Pattern PatternOfPreset() {
 }
 
 /// A laser line wider or brighter than it should be.
-struct Sight {
+struct StripeFault {
   std::string name;
   double widen = 1;
   double brighten = 1;
@@ -121,19 +121,19 @@ Readings ReadingsOf(const pa::Analysis& analysis, const sim::Print& print, const
 }
 
 StudyAnswer Scan(const Pattern& pattern, std::uint64_t seed, const sim::Condition& condition,
-                 const Sight& sight, Readings* readings = nullptr) {
+                 const StripeFault& observation, Readings* readings = nullptr) {
   // The truth lies evenly over one step of the paper's list, the one with its own answers.
   constexpr Interval kStep_s{0.06 * 5 / 9, 0.06 * 6 / 9};
   const Random world(seed);
   Random truth_random = world.Fork(1), traits_random = world.Fork(2), print_random = world.Fork(3);
   const auto traits = sim::DrawTraits(truth_random.Uniform(kStep_s.lo, kStep_s.hi), traits_random);
   const auto print = sim::PrintGcode(pattern.gcode, traits, print_random);
-  Random eye_random = sim::LaserEyeOf(seed, condition);
-  sim::LaserTraits eye = sim::DrawLaserTraits(condition, eye_random);
-  eye.stripe_sigma_px *= sight.widen;
-  for (sim::Sheen* sheen : {&eye.plate, &eye.filament}) {
-    sheen->peak *= sight.brighten / sight.widen;
-    sheen->glow *= sight.brighten;
+  Random optics_random = sim::LaserRandom(seed, condition);
+  sim::LaserTraits optics = sim::DrawLaserTraits(condition, optics_random);
+  optics.stripe_sigma_px *= observation.widen;
+  for (sim::Sheen* sheen : {&optics.plate, &optics.filament}) {
+    sheen->peak *= observation.brighten / observation.widen;
+    sheen->glow *= observation.brighten;
   }
   sim::ScanOptions options;
   options.scan_speed_mm_s = pattern.scan.scan_speed_mm_s;
@@ -144,8 +144,8 @@ StudyAnswer Scan(const Pattern& pattern, std::uint64_t seed, const sim::Conditio
       fs::temp_directory_path() / fmt::format("trammel-study-{}-{}", ::getpid(), seed);
   fs::remove_all(folder);
   StudyAnswer answer;
-  if (!print || !sim::RecordScan(print->bed, pattern.plan, condition, eye, options,
-                                 eye_random.Fork(1), folder)) {
+  if (!print || !sim::RecordScan(print->bed, pattern.plan, condition, optics, options,
+                                 optics_random.Fork(1), folder)) {
     ADD_FAILURE() << "seed " << seed << " was not printed or recorded";
     return answer;
   }
@@ -216,40 +216,42 @@ TEST(PressureAdvanceStudy, FaultsOfTheLaserLineAreNamedAndNothingElse) {
   const StudySeeds seeds{given.count * static_cast<int>(conditions.size()), given.first};
   const Pattern pattern = PatternOfPreset();
   PrintStudyHead("ms");
-  for (const Sight& sight :
-       {Sight{"line as drawn", 1, 1, Sight::kSilent},
-        Sight{"half the light", 1, 0.5, Sight::kSilent}, Sight{"2 times as wide, as bright", 2, 2},
-        Sight{"3 times as wide, as much light", 3, 1, Sight::kMostlyNamed},
-        Sight{"0.12 times the light", 1, 0.12, Sight::kMostlyNamed},
-        Sight{"0.06 times the light", 1, 0.06, Sight::kMostlyNamed},
-        Sight{"8 times the light", 1, 8, Sight::kMostlyNamed}}) {
-    if (!RowIsWanted(sight.name)) continue;
+  for (const StripeFault& observation :
+       {StripeFault{"line as drawn", 1, 1, StripeFault::kSilent},
+        StripeFault{"half the light", 1, 0.5, StripeFault::kSilent},
+        StripeFault{"2 times as wide, as bright", 2, 2},
+        StripeFault{"3 times as wide, as much light", 3, 1, StripeFault::kMostlyNamed},
+        StripeFault{"0.12 times the light", 1, 0.12, StripeFault::kMostlyNamed},
+        StripeFault{"0.06 times the light", 1, 0.06, StripeFault::kMostlyNamed},
+        StripeFault{"8 times the light", 1, 8, StripeFault::kMostlyNamed}}) {
+    if (!RowIsWanted(observation.name)) continue;
     const auto answers = RunSeeds(seeds, [&](std::uint64_t seed) {
-      return Scan(pattern, seed, conditions[(seed - seeds.first) % conditions.size()], sight);
+      return Scan(pattern, seed, conditions[(seed - seeds.first) % conditions.size()], observation);
     });
-    TallyOf(answers).Print(sight.name, kMs);
+    TallyOf(answers).Print(observation.name, kMs);
     const auto named = std::count_if(answers.begin(), answers.end(), [](const auto& answer) {
       return std::any_of(answer.said.begin(), answer.said.end(), [](const std::string& text) {
         return text.find("laser line is") != std::string::npos;
       });
     });
     fmt::print("  named in {} of {}\n", named, seeds.count);
-    if (sight.named == Sight::kSilent) EXPECT_EQ(named, 0) << sight.name;
-    if (sight.named == Sight::kMostlyNamed) EXPECT_GE(2 * named, seeds.count) << sight.name;
+    if (observation.named == StripeFault::kSilent) EXPECT_EQ(named, 0) << observation.name;
+    if (observation.named == StripeFault::kMostlyNamed)
+      EXPECT_GE(2 * named, seeds.count) << observation.name;
   }
 }
 
 // Laws of the extruder's lag.
 
-struct LawRow {
+struct StorageRow {
   std::string name;
   ExtruderWorld world;
   int lines = 10;
   Interval range_s = kTested_s;
   Interval part{0.25, 0.75};                         ///< of the range, to draw the lag
   std::optional<Interval> exponents = std::nullopt;  ///< range of the drawn power laws
-  double least_answered = 0.9;                       ///< share of the patterns
-  double least_held = 0.88;                          ///< share of the answers
+  double min_answered = 0.9;                         ///< share of the patterns
+  double min_held = 0.88;                            ///< share of the answers
 };
 
 void ScaleNoise(ExtruderWorld& world, double by) {
@@ -259,75 +261,78 @@ void ScaleNoise(ExtruderWorld& world, double by) {
   world.reading_noise *= by;
 }
 
-std::vector<LawRow> LawRows() {
-  std::vector<LawRow> rows;
-  const auto add = [&rows](const std::string& name, const std::function<void(LawRow&)>& change) {
-    LawRow row{name, WorldOf(Preset())};
+std::vector<StorageRow> StorageRows() {
+  std::vector<StorageRow> rows;
+  const auto add = [&rows](const std::string& name,
+                           const std::function<void(StorageRow&)>& change) {
+    StorageRow row{name, WorldOf(Preset())};
     change(row);
     rows.push_back(row);
   };
-  add("linear", [](LawRow&) {});
+  add("linear", [](StorageRow&) {});
   for (const double exponent : {0.3, 0.4, 0.5, 0.67}) {
     add(fmt::format("power {}", exponent),
-        [=](LawRow& row) { row.world.law = PowerLaw(exponent); });
+        [=](StorageRow& row) { row.world.law = PowerLaw(exponent); });
   }
-  add("tanh 0.7, 40 mm/s", [](LawRow& row) { row.world.law = TanhLaw(0.7, 40); });
-  add("two stages, 30 %", [](LawRow& row) { row.world.second_share = 0.3; });
+  add("tanh 0.7, 40 mm/s", [](StorageRow& row) { row.world.law = TanhLaw(0.7, 40); });
+  add("two stages, 30 %", [](StorageRow& row) { row.world.second_share = 0.3; });
   for (const double slip : {0.025, 0.05, 0.1}) {
-    add(fmt::format("slip {} %", 100 * slip), [=](LawRow& row) { row.world.slip = slip; });
+    add(fmt::format("slip {} %", 100 * slip), [=](StorageRow& row) { row.world.slip = slip; });
   }
   for (const double drift : {-0.4, -0.2, 0.2, 0.4}) {
     add(fmt::format("lag drifts {:+} %", 100 * drift),
-        [=](LawRow& row) { row.world.lag_drift = drift; });
+        [=](StorageRow& row) { row.world.lag_drift = drift; });
   }
   // Up to the smoothing that session/print_needs.cc lets a print have.
   for (const double smooth_time_s : {0.005, 0.02, 0.06}) {
     for (const double exponent : {1.0, 0.5}) {
-      add(fmt::format("smoothing {} s, power {}", smooth_time_s, exponent), [=](LawRow& row) {
+      add(fmt::format("smoothing {} s, power {}", smooth_time_s, exponent), [=](StorageRow& row) {
         row.world.smooth_time_s = smooth_time_s;
         row.world.law = PowerLaw(exponent);
       });
     }
   }
-  add("3/80 mm/s", [](LawRow& row) { row.world.slow_mm_s = 3, row.world.fast_mm_s = 80; });
-  add("20/100 mm/s", [](LawRow& row) { row.world.slow_mm_s = 20, row.world.fast_mm_s = 100; });
-  add("10/200 mm/s, 4000 mm/s^2", [](LawRow& row) {
+  add("3/80 mm/s", [](StorageRow& row) { row.world.slow_mm_s = 3, row.world.fast_mm_s = 80; });
+  add("20/100 mm/s", [](StorageRow& row) { row.world.slow_mm_s = 20, row.world.fast_mm_s = 100; });
+  add("10/200 mm/s, 4000 mm/s^2", [](StorageRow& row) {
     row.world.slow_mm_s = 10, row.world.fast_mm_s = 200;
     row.world.acceleration_mm_s2 = 4000;  // at 3000 there is no steady segment
   });
   add("100 mm/s, 1500 mm/s^2",
-      [](LawRow& row) { row.world.fast_mm_s = 100, row.world.acceleration_mm_s2 = 1500; });
-  add("lines of 60 mm", [](LawRow& row) { row.world.length_mm = 60; });
+      [](StorageRow& row) { row.world.fast_mm_s = 100, row.world.acceleration_mm_s2 = 1500; });
+  add("lines of 60 mm", [](StorageRow& row) { row.world.length_mm = 60; });
   for (const int lines : {5, 6, 8, 20}) {
     for (const double exponent : {1.0, 0.5}) {
-      add(fmt::format("{} lines, power {}", lines, exponent), [=](LawRow& row) {
+      add(fmt::format("{} lines, power {}", lines, exponent), [=](StorageRow& row) {
         row.lines = lines;
         row.world.law = PowerLaw(exponent);
       });
     }
   }
-  add("0.02 to 0.12 s", [](LawRow& row) { row.range_s = {0.02, 0.12}; });
-  add("0 to 0.02 s", [](LawRow& row) {
+  add("0.02 to 0.12 s", [](StorageRow& row) { row.range_s = {0.02, 0.12}; });
+  add("0 to 0.02 s", [](StorageRow& row) {
     row.range_s = {0, 0.02};
     row.world.lag_scatter_s = 0.0005;
   });
-  add("5 lines, 0.02 to 0.08 s", [](LawRow& row) { row.lines = 5, row.range_s = {0.02, 0.08}; });
+  add("5 lines, 0.02 to 0.08 s", [](StorageRow& row) {
+    row.lines = 5, row.range_s = {0.02, 0.08};
+  });
   for (const double at : {0.02, 0.1, 0.2, 0.8, 0.9, 0.98}) {
-    add(fmt::format("truth at {:.0f} % of the range", 100 * at), [=](LawRow& row) {
+    add(fmt::format("truth at {:.0f} % of the range", 100 * at), [=](StorageRow& row) {
       row.part = {at, at};
       row.exponents = Interval{0.4, 1};
-      row.least_answered = 0;  // near an end of the range an interval does not fit
-      row.least_held = 0.92;
+      row.min_answered = 0;  // near an end of the range an interval does not fit
+      row.min_held = 0.92;
     });
   }
   for (const double by : {0.2, 0.5, 2.0}) {
-    add(fmt::format("noise x {}", by), [=](LawRow& row) { ScaleNoise(row.world, by); });
+    add(fmt::format("noise x {}", by), [=](StorageRow& row) { ScaleNoise(row.world, by); });
   }
-  add("noise x 0.2, power 0.3", [](LawRow& row) {
+  add("noise x 0.2, power 0.3", [](StorageRow& row) {
     ScaleNoise(row.world, 0.2);
     row.world.law = PowerLaw(0.3);
   });
-  add("noise x 0.2, slip 5 %", [](LawRow& row) {
+  add("noise x 0.2, slip 5 %", [](StorageRow& row) {
     ScaleNoise(row.world, 0.2);
     row.world.slip = 0.05;
   });
@@ -335,7 +340,7 @@ std::vector<LawRow> LawRows() {
 }
 
 // Half of the printers refill their gaps and half draw in air.
-StudyAnswer PrintAndFit(const LawRow& row, std::uint64_t seed, bool photo = false) {
+StudyAnswer PrintAndFit(const StorageRow& row, std::uint64_t seed, bool photo = false) {
   Random random(seed);
   ExtruderWorld world = row.world;
   if (row.exponents) world.law = PowerLaw(random.Uniform(row.exponents->lo, row.exponents->hi));
@@ -359,15 +364,15 @@ TEST(PressureAdvanceStudy, LawsThatItWasNotBuiltOnLieInTheInterval) {
   const StudySeeds seeds = SeedsOfStudy(kEnough);
   PrintStudyHead("ms");
   StudyTally all;
-  for (const LawRow& row : LawRows()) {
+  for (const StorageRow& row : StorageRows()) {
     if (!RowIsWanted(row.name)) continue;
     const StudyTally tally =
         TallyOf(RunSeeds(seeds, [&](std::uint64_t seed) { return PrintAndFit(row, seed); }));
     tally.Print(row.name, kMs);
     all.Add(tally);
     if (tally.runs < kEnough) continue;
-    EXPECT_GE(tally.answered, row.least_answered * tally.runs) << row.name;
-    EXPECT_GE(tally.held, row.least_held * tally.answered) << row.name;
+    EXPECT_GE(tally.answered, row.min_answered * tally.runs) << row.name;
+    EXPECT_GE(tally.held, row.min_held * tally.answered) << row.name;
   }
   all.Print("all rows", kMs);
   EXPECT_GE(all.held, 0.92 * all.answered);
@@ -381,13 +386,13 @@ TEST(PressureAdvanceStudy, NothingBeyondTheTestedRangeIsAnswered) {
                                         {Interval{0, 0.06}, {1.1, 2}},
                                         {Interval{0.06, 0.12}, {-0.1, -0.01}},
                                         {Interval{0.06, 0.12}, {-1, -0.1}}}) {
-      const LawRow row{fmt::format("{}: {:.2f} to {:.2f} of the range", photo ? "photo" : "laser",
-                                   part.lo, part.hi),
-                       WorldOf(Preset()),
-                       10,
-                       range_s,
-                       part,
-                       Interval{0.4, 1}};
+      const StorageRow row{fmt::format("{}: {:.2f} to {:.2f} of the range",
+                                       photo ? "photo" : "laser", part.lo, part.hi),
+                           WorldOf(Preset()),
+                           10,
+                           range_s,
+                           part,
+                           Interval{0.4, 1}};
       const StudyTally tally = TallyOf(
           RunSeeds(seeds, [&](std::uint64_t seed) { return PrintAndFit(row, seed, photo); }));
       tally.Print(row.name, kMs);

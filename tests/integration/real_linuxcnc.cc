@@ -185,7 +185,7 @@ void RealLinuxCnc::AskScreen(const std::string& words) const {
   fs::rename(folder_.path() / "ask.new", folder_.path() / "ask");
 }
 
-std::string RealLinuxCnc::ScreenTells() const {
+std::string RealLinuxCnc::ScreenText() const {
   const fs::path told = folder_.path() / "told";
   constexpr double kLook_s = 0.01;
   constexpr double kLimit_s = 20;

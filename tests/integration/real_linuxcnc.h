@@ -31,7 +31,7 @@ class RealLinuxCnc {
   /// Asks its screen (linuxcnc_screen.py) to do something, and does not wait for it.
   void AskScreen(const std::string& words) const;
   /// Returns the screen's report on it, in JSON; empty after twenty seconds.
-  [[nodiscard]] std::string ScreenTells() const;
+  [[nodiscard]] std::string ScreenText() const;
   /// Returns its output on its terminal.
   [[nodiscard]] std::string log() const;
 

@@ -23,7 +23,7 @@ namespace fs = std::filesystem;
 
 // A worse picture must not claim more. The scatter of the same lines, read again from other pixels,
 // is itself uncertain by some per cent.
-constexpr double kLeastU = 0.9;
+constexpr double kMinU = 0.9;
 
 // Minimum of 160. Turned in its place by 90 degrees a photo shows only its middle rows 420 to 1499.
 // In three photos these contain neither end of the pattern (17, 18 and 17 of 21 lines whole): the
@@ -41,7 +41,7 @@ Measured AnswerOf(const cv::Mat& picture) {
 }
 
 // @param least_u  stated uncertainty, over that of the photo as it is; 0: any
-void Ask(const std::vector<Distortion>& distortions, double least_u, int fewest_right) {
+void Ask(const std::vector<Distortion>& distortions, double min_u, int fewest_right) {
   const char* data = std::getenv("TRAMMEL_TEST_DATA");
   if (data == nullptr) {
     GTEST_SKIP() << "set TRAMMEL_TEST_DATA to the folder with pressure_advance_photos/";
@@ -69,7 +69,7 @@ void Ask(const std::vector<Distortion>& distortions, double least_u, int fewest_
           [&](double one_s) { return q.interval95.lo <= one_s && one_s <= q.interval95.hi; });
       right += near, off += !near && held;
       EXPECT_TRUE(near || held) << photo.name << ", " << distortion.name << ": " << q.value;
-      EXPECT_GE(q.standard_uncertainty, least_u * as_it_is.quantity().standard_uncertainty)
+      EXPECT_GE(q.standard_uncertainty, min_u * as_it_is.quantity().standard_uncertainty)
           << photo.name << ", " << distortion.name;
     }
   }
@@ -78,11 +78,11 @@ void Ask(const std::vector<Distortion>& distortions, double least_u, int fewest_
 }
 
 TEST(RealPhotoStudy, DistortedPhotosAreAnsweredOrRefusedNeverWrong) {
-  Ask(CommonDistortions(), kLeastU, kFewestRight);
+  Ask(CommonDistortions(), kMinU, kFewestRight);
 }
 
 TEST(RealPhotoStudy, PhotosBeyondWhatCanBeReadAreNeverWrong) {
-  Ask(DistortionsBeyondUse(), kLeastU, 0);
+  Ask(DistortionsBeyondUse(), kMinU, 0);
 }
 
 TEST(RealPhotoStudy, PhotosWithOtherThingsAndOtherLightAreNeverWrong) { Ask(Surroundings(), 0, 0); }

@@ -145,9 +145,9 @@ TEST_F(Serve, AJobIsStartedFollowedAndItsAnswerAppliedByRequest) {
   };
   EXPECT_EQ(json::parse(ask("status").standard_output)["jobs"], idle["jobs"]);
   EXPECT_THAT(ask("format_disk").standard_error, HasSubstr("format_disk"));
-  constexpr int kMostTimes = 3;  // a computer with too much else to do may see too few frames
+  constexpr int kMaxTimes = 3;  // a computer with too much else to do may see too few frames
   json end = json::object();
-  for (int asked = 0; asked < kMostTimes && end.value("verdict", json()) != "good"; ++asked) {
+  for (int asked = 0; asked < kMaxTimes && end.value("verdict", json()) != "good"; ++asked) {
     const std::string run = StartJob();
     EXPECT_EQ(CodeOf("start", {{"job", "pressure_advance"}}), kBusy);
     EXPECT_EQ(Ask("status")["run"]["run"], run);

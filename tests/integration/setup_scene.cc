@@ -10,7 +10,7 @@ namespace trammel::test {
 
 constexpr double kDegree = std::numbers::pi / 180;
 
-ShopOptions SetupShop(std::uint64_t seed, const sim::MountedRig& rig,
+ShopOptions SetupHall(std::uint64_t seed, const sim::MountedRig& rig,
                       const sim::Condition& condition) {
   ShopOptions options;
   options.seed = seed;
@@ -25,8 +25,8 @@ ShopOptions SetupShop(std::uint64_t seed, const sim::MountedRig& rig,
 
 SetupTruth TruthOf(std::uint64_t seed, const sim::MountedRig& rig,
                    const sim::Condition& condition) {
-  const sim::HeadEye drawn = sim::DrawHeadEye(condition, sim::LaserEyeOf(seed, condition));
-  const sim::LaserTraits traits = sim::MountEye(drawn, rig.rig).dark;
+  const sim::HeadOptics drawn = sim::DrawHeadOptics(condition, sim::LaserRandom(seed, condition));
+  const sim::LaserTraits traits = sim::MountOptics(drawn, rig.rig).dark;
   const auto spot = sim::MapOf(rig.rig).Picture({traits.stripe_column_px, traits.line_row_px});
   SetupTruth truth;
   truth.offset_x_mm = rig.mount.offset_x_mm + traits.position_error_mm;

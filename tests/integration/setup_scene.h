@@ -26,7 +26,7 @@ struct SetupTruth {
 };
 
 /// A shop whose camera sends whole pictures of 1280 x 720 px.
-[[nodiscard]] ShopOptions SetupShop(std::uint64_t seed, const sim::MountedRig& rig,
+[[nodiscard]] ShopOptions SetupHall(std::uint64_t seed, const sim::MountedRig& rig,
                                     const sim::Condition& condition = {});
 
 [[nodiscard]] SetupTruth TruthOf(std::uint64_t seed, const sim::MountedRig& rig,

@@ -40,7 +40,7 @@ TEST(SetupStudy, ErrorsStayWithinTheirBoundsAndIntervals) {
     const sim::MountedRig rig = sim::DrawHeadRig(Random(seed).Fork(1));
     const auto condition = sim::ParseCondition(kConditions[seed % std::size(kConditions)]);
     ASSERT_TRUE(condition);
-    MachineShop shop(SetupShop(seed, rig, *condition));
+    MachineShop shop(SetupHall(seed, rig, *condition));
     const ProcessEnd end = shop.Run(SetupArguments(shop, {"--json"}), kEnough_s);
     if (end.exit_code != 0) {
       std::printf("%lu: exit code %d: %s %s\n", static_cast<unsigned long>(seed), end.exit_code,
@@ -72,15 +72,15 @@ TEST(SetupStudy, ErrorsStayWithinTheirBoundsAndIntervals) {
     std::printf("%-16s rms %.4f, worst %.4f, mean u %.4f, %d of %zu covered\n", name.c_str(),
                 std::sqrt(sum / count), worst, uncertainty / count, covered, list.size());
     EXPECT_LT(worst, borne.at(name)) << name;
-    constexpr double kLeastCovered = 0.8;  // of 20 at 95 %: fewer than 16 once in 400 studies
-    EXPECT_GE(covered, kLeastCovered * count) << name;
+    constexpr double kMinCovered = 0.8;  // of 20 at 95 %: fewer than 16 once in 400 studies
+    EXPECT_GE(covered, kMinCovered * count) << name;
   }
 }
 
 TEST(SetupStudy, AMirroredPictureIsNamed) {
   sim::MountedRig rig;
   rig.rig.flip_x = true;
-  MachineShop shop(SetupShop(7, rig));
+  MachineShop shop(SetupHall(7, rig));
   const PrinterLook before = shop.Look();
   const ProcessEnd end = shop.Run(SetupArguments(shop), kEnough_s);
   EXPECT_EQ(end.exit_code, 2) << end.standard_error;
@@ -92,8 +92,8 @@ TEST(SetupStudy, AMirroredPictureIsNamed) {
 
 TEST(SetupStudy, ALooseMountIsNamed) {
   sim::MountedRig rig;
-  rig.rig.mount_play_mm = 0.4;
-  MachineShop shop(SetupShop(7, rig));
+  rig.rig.mount_backlash_mm = 0.4;
+  MachineShop shop(SetupHall(7, rig));
   const PrinterLook before = shop.Look();
   const ProcessEnd end = shop.Run(SetupArguments(shop), kEnough_s);
   EXPECT_EQ(end.exit_code, 2) << end.standard_error;

@@ -39,10 +39,10 @@ struct Row {
   int nees_within = 0;  ///< networks within their 95 % interval
   double nees = 0;
   double freedom = 0;
-  double length_excess = -1;  ///< largest of |error| - 20 um/m · L over the lengths looked at, mm
-  int lengths_within = 0;     ///< networks whose lengths looked at keep to 30 um + 20 um/m · L
+  double length_surplus = -1;  ///< largest of |error| - 20 um/m · L over the lengths looked at, mm
+  int lengths_within = 0;      ///< networks whose lengths looked at keep to 30 um + 20 um/m · L
   double within_by_covariance = 0;  ///< the same, expected of errors drawn from the covariances
-  double pair_excess = -1;          ///< the same over all pairs
+  double pair_surplus = -1;         ///< the same over all pairs
   double variance_root = 0;
   double rejected_share = 0;  ///< the largest of all networks
 };
@@ -51,9 +51,9 @@ struct Row {
 void NoteLengths(const SurveyedTarget& a, const SurveyedTarget& b, double true_mm, bool looked_at,
                  Row& row) {
   const double error_mm = std::abs((a.at_mm - b.at_mm).norm() - true_mm);
-  const double excess = error_mm - 20e-6 * true_mm;
-  row.pair_excess = std::max(row.pair_excess, excess);
-  if (looked_at) row.length_excess = std::max(row.length_excess, excess);
+  const double surplus = error_mm - 20e-6 * true_mm;
+  row.pair_surplus = std::max(row.pair_surplus, surplus);
+  if (looked_at) row.length_surplus = std::max(row.length_surplus, surplus);
 }
 
 using Pairs = std::vector<std::pair<std::size_t, std::size_t>>;
@@ -120,11 +120,11 @@ void NoteNetwork(const test::SurveyWorld& world, const Survey& survey, Random& r
     NoteLengths(survey.targets[i], survey.targets[j], (column(i) - column(j)).norm(), k < kLengths,
                 of_network);
   }
-  if (of_network.length_excess <= kAllowed_mm) ++row.lengths_within;
+  if (of_network.length_surplus <= kAllowed_mm) ++row.lengths_within;
   pairs.resize(std::min(pairs.size(), kLengths));
   row.within_by_covariance += WithinByCovariance(survey, pairs, kAllowed_mm, random);
-  row.length_excess = std::max(row.length_excess, of_network.length_excess);
-  row.pair_excess = std::max(row.pair_excess, of_network.pair_excess);
+  row.length_surplus = std::max(row.length_surplus, of_network.length_surplus);
+  row.pair_surplus = std::max(row.pair_surplus, of_network.pair_surplus);
 }
 
 Row Repeat(const test::SurveyScene& scene) {
@@ -155,7 +155,7 @@ void Print(const std::string& name, const Row& row) {
       "| {:.0f} | {:.1f} | {} | {:.2f} % |\n",
       name, row.good, Networks(), row.targets, row.shown, 1e3 * Rms_mm(row), 1e3 * row.worst_mm,
       StatedOverSeen(row), row.nees_within, row.nees / row.freedom, row.lengths_within,
-      1e3 * row.length_excess, 1e3 * row.pair_excess, row.within_by_covariance, row.outliers,
+      1e3 * row.length_surplus, 1e3 * row.pair_surplus, row.within_by_covariance, row.outliers,
       100 * row.rejected_share);
   std::fflush(stdout);
 }
@@ -200,7 +200,7 @@ struct Fault {
   std::function<bool(const Survey&)> named;
 };
 
-using trammel::test::Says;
+using trammel::test::ReasonContains;
 
 std::vector<Fault> Faults() {
   const auto shift = [](double mm) {
@@ -255,7 +255,7 @@ std::vector<Fault> Faults() {
     input.pictures[at].name = "stray";
   };
   const auto says = [](const std::string& words) {
-    return [words](const Survey& survey) { return Says(survey, words); };
+    return [words](const Survey& survey) { return ReasonContains(survey, words); };
   };
   return {{"target moved by 0.3 mm", shift(0.3), {}, says("target 7 moved")},
           {"target moved by 20 mm", shift(20), {}, says("target 7 moved")},
@@ -273,7 +273,8 @@ std::vector<Fault> Faults() {
            {},
            exchange,
            [](const Survey& survey) {
-             return Says(survey, "are exchanged") || Says(survey, "exchanged codes");
+             return ReasonContains(survey, "are exchanged") ||
+                    ReasonContains(survey, "exchanged codes");
            }},
           {"one picture of another part", {}, stray, says("stray is left out")}};
 }

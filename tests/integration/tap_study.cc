@@ -23,14 +23,14 @@ namespace trammel {
 namespace {
 
 constexpr double kUmPerMm = 1e3;
-constexpr double kMostOfBound = 1.15;
-constexpr double kMostBiasUm = 0.30;
-constexpr double kMostBiasOfBound = 0.30;  // if the bound is no better than 1 um
-constexpr double kBiasDeviations = 3;      // standard errors of the mean
-constexpr double kMostRefused = 0.05;
-constexpr double kMostRefusedOfModelled = 0.02;
-constexpr double kMostCoverageOfModelled = 0.98;  // wider intervals would be of less use
-constexpr double kLeastRefused = 0.95;            // share of faults
+constexpr double kMaxOfBound = 1.15;
+constexpr double kMaxBiasUm = 0.30;
+constexpr double kMaxBiasOfBound = 0.30;  // if the bound is no better than 1 um
+constexpr double kBiasDeviations = 3;     // standard errors of the mean
+constexpr double kMaxRefused = 0.05;
+constexpr double kMaxRefusedOfModelled = 0.02;
+constexpr double kMaxCoverageOfModelled = 0.98;  // wider intervals would be of less use
+constexpr double kMinRefused = 0.95;             // share of faults
 constexpr double kStated = 0.95;
 constexpr double kOfDrawn = 0.92;    // any printer: toes, and quiet cells whose press yields
 constexpr std::size_t kFewest = 10;  // good taps that are judged
@@ -45,7 +45,7 @@ double LeastCoverage(double share, std::size_t good) {
 double BoundUm(const std::vector<double>& heights_mm, const TapWorld& world) {
   constexpr double kStepMm = 1e-7;  // central difference for the law's slope
   constexpr double kUnitMm = 0.01;  // keeps the matrix well conditioned
-  const sim::ContactLaw& law = world.cell.press.law;
+  const sim::ContactStiffness& law = world.cell.press.law;
   Eigen::Matrix<double, 5, 5> fisher = Eigen::Matrix<double, 5, 5>::Zero();
   for (const double height_mm : heights_mm) {
     const double depth_mm = std::max(0.0, -height_mm);
@@ -139,13 +139,13 @@ void Print(const TapWorld& world, const Answers& answers) {
 void Judge(const TapWorld& world, const Answers& answers) {
   SCOPED_TRACE(world.name);
   if (world.promise == Promise::kRefused) {
-    EXPECT_GE(answers.Refused(), kLeastRefused);
+    EXPECT_GE(answers.Refused(), kMinRefused);
     return;
   }
   const bool read = world.promise == Promise::kUnbiased || world.promise == Promise::kCovered;
   if (read) {
     EXPECT_LE(answers.Refused(),
-              world.promise == Promise::kUnbiased ? kMostRefusedOfModelled : kMostRefused);
+              world.promise == Promise::kUnbiased ? kMaxRefusedOfModelled : kMaxRefused);
   }
   if (answers.good() < kFewest) return;
   if (world.promise == Promise::kHidden) {
@@ -162,9 +162,9 @@ void Judge(const TapWorld& world, const Answers& answers) {
       kBiasDeviations * scatter_um / std::sqrt(static_cast<double>(answers.good()));
   if (world.promise == Promise::kUnbiased) {
     EXPECT_LE(std::abs(Mean(answers.error_um)),
-              std::max(kMostBiasUm, kMostBiasOfBound * answers.bound_um) + chance_um);
-    EXPECT_LE(scatter_um, kMostOfBound * answers.bound_um);
-    EXPECT_LE(answers.Coverage(), kMostCoverageOfModelled);
+              std::max(kMaxBiasUm, kMaxBiasOfBound * answers.bound_um) + chance_um);
+    EXPECT_LE(scatter_um, kMaxOfBound * answers.bound_um);
+    EXPECT_LE(answers.Coverage(), kMaxCoverageOfModelled);
   } else {
     EXPECT_LE(std::abs(Mean(answers.error_um)), Mean(answers.half_width_um) + chance_um);
   }

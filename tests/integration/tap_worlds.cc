@@ -41,18 +41,19 @@ TapWorlds Laws() {
     g.Cell(cell, promise) = sim::CellByName(cell).value();
   }
   for (const double exponent : {0.7, 1.7}) {
-    sim::ContactLaw& law = g.Cell(fmt::format("power {}", exponent), Promise::kCovered).press.law;
+    sim::ContactStiffness& law =
+        g.Cell(fmt::format("power {}", exponent), Promise::kCovered).press.law;
     law.kind = ContactKind::kPower;
     law.exponent = exponent;
   }
   for (const double change : {-0.5, 2.0}) {
-    sim::ContactLaw& law =
+    sim::ContactStiffness& law =
         g.Cell(fmt::format("slope {:+.0f} % deeper down", 100 * change), Promise::kMayRefuse)
             .press.law;
     law.kind = ContactKind::kTwoSlope;
     law.share = change;
   }
-  sim::ContactLaw& yielding = g.Cell("yields", Promise::kCovered).press.law;
+  sim::ContactStiffness& yielding = g.Cell("yields", Promise::kCovered).press.law;
   yielding.kind = ContactKind::kYielding;
   yielding.knee = 0.3;
   for (const double stiffness : {500.0, 8000.0}) {
@@ -151,10 +152,10 @@ TapWorlds Latencies() {
       world.scene.motion.approach_speed_mm_s = approach_mm_s;
     }
   }
-  TapWorld& play = g.Add("8 ms, backlash 6 um", Promise::kMayRefuse);
-  play.cell.converter.latency_s = 8e-3;
-  play.cell.press.onset = sim::Onset::kFlat;
-  play.cell.press.onset_travel_mm = 0.006;
+  TapWorld& backlash = g.Add("8 ms, backlash 6 um", Promise::kMayRefuse);
+  backlash.cell.converter.latency_s = 8e-3;
+  backlash.cell.press.onset = sim::Onset::kFlat;
+  backlash.cell.press.onset_travel_mm = 0.006;
   g.Add("of a filter of 4 samples", Promise::kMayRefuse).cell.converter.filter_order = 4;
   for (TapWorld& world : g.group.worlds) world.latency_known = false;
   return g.group;
@@ -278,7 +279,7 @@ double LogUniform(Random& random, double lo, double hi) {
   return lo * std::pow(hi / lo, random.Uniform());
 }
 
-void DrawLaw(sim::ContactLaw& law, Random& random) {
+void DrawLaw(sim::ContactStiffness& law, Random& random) {
   law.stiffness_g_mm = LogUniform(random, 500, 8000);
   law.kind = static_cast<ContactKind>(random.Below(6));
   law.knee = random.Uniform(0.2, 0.9);

@@ -181,7 +181,7 @@ void Head(const std::string& title) {
 }
 
 TEST(TargetStudy, ObliqueAndNear) {
-  constexpr double kMostOfBound = 1.5;
+  constexpr double kMaxOfBound = 1.5;
   Head("Tilt and distance, radius 5 mm, f = 2813 px (1400 px to 300 mm)");
   for (const double distance : {150.0, 300.0, 450.0, 600.0, 1500.0}) {
     for (const double tilt_deg : {0.0, 10.0, 20.0, 30.0, 40.0, 50.0, 60.0, 65.0, 70.0}) {
@@ -192,7 +192,7 @@ TEST(TargetStudy, ObliqueAndNear) {
       const Tally tally = Row(fmt::format("{} mm, {} deg", distance, tilt_deg), condition);
       if (tilt_deg > 60 || distance < 300) continue;
       EXPECT_EQ(tally.read, tally.shown);
-      EXPECT_LE(std::sqrt(tally.squares / tally.bound), kMostOfBound);
+      EXPECT_LE(std::sqrt(tally.squares / tally.bound), kMaxOfBound);
     }
   }
 }
@@ -204,18 +204,18 @@ TEST(TargetStudy, GlossAndShadow) {
   Condition condition;
   condition.view.radius = 2;
   condition.view.tilt_rad = 20 * std::numbers::pi / 180;
-  constexpr double kMostInSigmas = 2;
+  constexpr double kMaxInSigmas = 2;
   for (const double grey : {0.0, 2.0, 5.0, 10.0, 20.0, 40.0, 80.0, 150.0, 250.0, 400.0}) {
     Condition glossy = condition;
     glossy.gloss_grey = grey;
     const Tally tally = Row(fmt::format("gloss {}", grey), glossy);
-    EXPECT_LE(std::sqrt(tally.in_sigmas / std::max(1, tally.read)), kMostInSigmas);
+    EXPECT_LE(std::sqrt(tally.in_sigmas / std::max(1, tally.read)), kMaxInSigmas);
   }
   for (const double left : {0.98, 0.95, 0.9, 0.8, 0.6, 0.4, 0.2, 0.1, 0.05}) {
     Condition shaded = condition;
     shaded.shadow_left = left;
     const Tally tally = Row(fmt::format("shadow {}", left), shaded);
-    EXPECT_LE(std::sqrt(tally.in_sigmas / std::max(1, tally.read)), kMostInSigmas);
+    EXPECT_LE(std::sqrt(tally.in_sigmas / std::max(1, tally.read)), kMaxInSigmas);
   }
   condition.view.distance = 1000;
   for (const double left : {0.6, 0.4, 0.2, 0.1}) {

@@ -132,8 +132,8 @@ void ExpectRefused(const std::string& arguments, const std::filesystem::path& fo
   }
 }
 
-void ExpectRefusedInWords(const std::string& arguments, const std::filesystem::path& folder,
-                          const std::vector<std::string>& words) {
+void ExpectRefusalText(const std::string& arguments, const std::filesystem::path& folder,
+                       const std::vector<std::string>& words) {
   const CommandResult run = RunTrammel("pa analyze " + arguments, folder);
   EXPECT_EQ(run.exit_code, 2) << arguments << run.output;
   for (const std::string& word : words) EXPECT_THAT(run.output, HasSubstr(word)) << arguments;

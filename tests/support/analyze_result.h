@@ -28,7 +28,7 @@ void ExpectRefused(const std::string& arguments, const std::filesystem::path& fo
                    const std::vector<std::string>& words);
 
 /// The same of a run without --json: all of `words`, and no value or command to copy.
-void ExpectRefusedInWords(const std::string& arguments, const std::filesystem::path& folder,
-                          const std::vector<std::string>& words);
+void ExpectRefusalText(const std::string& arguments, const std::filesystem::path& folder,
+                       const std::vector<std::string>& words);
 
 }  // namespace trammel::test

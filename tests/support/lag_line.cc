@@ -18,7 +18,7 @@ double SpeedAt(const LagLine& line, double s) {
   return std::min(line.fast_mm_s, std::sqrt(slow2 + std::min(up, down)));
 }
 
-double Outflow(const LagLaw& law, double stored) {
+double Outflow(const LagModelTruth& law, double stored) {
   if (law.power == 0) return stored / law.linear_s;
   double lo = 0;
   double hi = 4000;
@@ -77,15 +77,15 @@ std::vector<double> Smooth(const std::vector<double>& filament, int half) {
 
 }  // namespace
 
-double LagLaw::Stored(double q) const {
+double LagModelTruth::Stored(double q) const {
   return linear_s * q + (power > 0 ? power * std::pow(q, exponent) : 0);
 }
 
-double LagLaw::Secant(double slow, double fast) const {
+double LagModelTruth::Secant(double slow, double fast) const {
   return (Stored(fast) - Stored(slow)) / (fast - slow);
 }
 
-std::vector<double> PrintLagLine(const LagLine& line, const LagLaw& law,
+std::vector<double> PrintLagLine(const LagLine& line, const LagModelTruth& law,
                                  double pressure_advance_s) {
   const Commanded commanded = Drive(line, pressure_advance_s);
   const int half = static_cast<int>(std::lround(line.smooth_time_s / 2 / kStep_s));

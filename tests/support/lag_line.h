@@ -6,7 +6,7 @@
 namespace trammel::testing {
 
 /// S(q), the filament stored at steady flow q: linear * q + power * q^exponent, in mm of line.
-struct LagLaw {
+struct LagModelTruth {
   double linear_s = 0.036;
   double power = 0;
   double exponent = 0.5;
@@ -31,7 +31,7 @@ struct LagLine {
 };
 
 /// Area over nominal area at positions 0, step, 2 step … along the line.
-[[nodiscard]] std::vector<double> PrintLagLine(const LagLine& line, const LagLaw& law,
+[[nodiscard]] std::vector<double> PrintLagLine(const LagLine& line, const LagModelTruth& law,
                                                double pressure_advance_s);
 
 }  // namespace trammel::testing

@@ -24,7 +24,7 @@ struct LagRecording {
                                             0.06 / 9 * 7,
                                             0.06 / 9 * 8,
                                             0.06};
-  testing::LagLaw law{.linear_s = 0.03};        ///< linear_s is then the right pressure advance
+  testing::LagModelTruth law{.linear_s = 0.03};  ///< linear_s is then the right pressure advance
   testing::LagLine line{.step_mm = 1.0 / 4.5};  ///< step_mm is also the sweep's: 6.667 mm/s, 30 / s
   LaserWorld world;
   double area_mm2 = 0.11;      ///< bead area at steady flow

@@ -156,21 +156,21 @@ DrawnTarget PinholeTarget(double column, double row, const PinholeView& view) {
   };
   const double off = std::tan(view.off_axis_rad);
   // Axes: the line of sight and two directions across it, then the plane's own two.
-  const Vector sight =
+  const Vector observation =
       unit({off * std::cos(view.off_towards_rad), off * std::sin(view.off_towards_rad), 1});
-  const Vector right = unit(cross({0, 1, 0}, sight));
-  const Vector down = cross(sight, right);
+  const Vector right = unit(cross({0, 1, 0}, observation));
+  const Vector down = cross(observation, right);
   const double c = std::cos(view.tilt_towards_rad), s = std::sin(view.tilt_towards_rad);
   const Vector across = mix(-s, right, c, down);
   const Vector along =
-      mix(std::cos(view.tilt_rad), mix(c, right, s, down), std::sin(view.tilt_rad), sight);
+      mix(std::cos(view.tilt_rad), mix(c, right, s, down), std::sin(view.tilt_rad), observation);
   const double ct = std::cos(view.turn_rad), st = std::sin(view.turn_rad);
   const Vector axes[2] = {mix(ct, along, st, across), mix(-st, along, ct, across)};
   DrawnTarget target;
   const double side = view.mirrored ? -1 : 1;
   for (int j = 0; j < 3; ++j) {
     const double scale = j == 2 ? view.distance : view.radius * (j == 1 ? side : 1);
-    const Vector& to = j == 2 ? sight : axes[j];
+    const Vector& to = j == 2 ? observation : axes[j];
     for (int i = 0; i < 3; ++i) target.h[i][j] = (i < 2 ? view.focal_px : 1) * scale * to[i];
   }
   const double w = target.h[2][2];

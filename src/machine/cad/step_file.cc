@@ -32,7 +32,7 @@ class Taken {
   // False if the message is invalid.
   bool Take(const ChildMessage& message) {
     const std::string text(message.bytes.begin(), message.bytes.end());
-    constexpr std::size_t kMostNotices = 100;
+    constexpr std::size_t kMaxNotices = 100;
     switch (message.kind) {
       case kStepHead:
         return TakeHead(message);
@@ -41,7 +41,7 @@ class Taken {
         return true;
       case kStepNotice:
         solid_.notices.push_back(text);
-        return solid_.notices.size() <= kMostNotices;
+        return solid_.notices.size() <= kMaxNotices;
       case kStepVertices:
         return Append(message, solid_.vertices_mm, head_.vertices);
       case kStepTriangles:
@@ -97,16 +97,16 @@ class Taken {
   StepSolid solid_;
 };
 
-Result<StepSolid> TakeSolid(ChildProcess& child, std::uint64_t most_bytes, int most_s) {
+Result<StepSolid> TakeSolid(ChildProcess& child, std::uint64_t max_bytes, int max_s) {
   using Clock = std::chrono::steady_clock;
-  const Clock::time_point end = Clock::now() + std::chrono::seconds(most_s);
+  const Clock::time_point end = Clock::now() + std::chrono::seconds(max_s);
   const auto left_s = [&] {
     return std::max(0.0, std::chrono::duration<double>(end - Clock::now()).count());
   };
   Taken taken;
   ChildMessage message;
-  Heard heard = Heard::kSilence;
-  while ((heard = child.Receive(message, left_s(), {})) == Heard::kMessage) {
+  Received heard = Received::kSilence;
+  while ((heard = child.Receive(message, left_s(), {})) == Received::kMessage) {
     if (message.kind == kStepFault) {
       return Fail(std::string(message.bytes.begin(), message.bytes.end()));
     }
@@ -116,17 +116,17 @@ Result<StepSolid> TakeSolid(ChildProcess& child, std::uint64_t most_bytes, int m
     }
     if (!taken.Take(message)) break;
   }
-  if (heard == Heard::kSilence) {
+  if (heard == Received::kSilence) {
     return Fail(
         fmt::format("Open CASCADE has not read it within {} s: export the part alone and "
                     "simplified, or an STL; or run it again on a computer that is less "
                     "busy",
-                    most_s));
+                    max_s));
   }
   return Fail(fmt::format(
       "Open CASCADE ended without a word over it ({}): it is damaged, or takes more than {} s or "
       "{} MB; export it anew as AP214, or an STL",
-      child.End(), most_s, most_bytes >> 20U));
+      child.End(), max_s, max_bytes >> 20U));
 }
 
 /// Merges DATA sections into one without a name, as in edition 1 of ISO 10303-21: Open CASCADE 7.6
@@ -184,16 +184,16 @@ Result<StepSolid> Read(std::string text, const StepReadOptions& options) {
     return Fail(fmt::format("{}; or export an STL", module.error().message));
   }
   text = AsEdition1(std::move(text));
-  const std::uint64_t most_bytes = MostBytes(text.size());
+  const std::uint64_t max_bytes = MostBytes(text.size());
   auto child = TRY(ChildProcess::Start(
       [&](const ChildSender& sender) {
-        LimitThisProcess(most_bytes, options.most_s);
+        LimitThisProcess(max_bytes, options.max_s);
         const auto sent = (*module)->send_solid(text, options, sender);
         sender.Send(sent ? kStepEnds : kStepFault,
                     sent ? std::string_view() : sent.error().message);
       },
       kPatience_s));
-  return TakeSolid(child, most_bytes, options.most_s);
+  return TakeSolid(child, max_bytes, options.max_s);
 }
 
 }  // namespace
@@ -207,13 +207,13 @@ bool LooksLikeStep(std::string_view start) {
 Result<StepSolid> ReadStepFile(const std::filesystem::path& path, const StepReadOptions& options) {
   std::error_code unknown;
   const std::uintmax_t size = std::filesystem::file_size(path, unknown);
-  if (!unknown && size > kMostStepBytes) {
+  if (!unknown && size > kMaxStepBytes) {
     return Fail(fmt::format(
         "{}: {:.0f} MB; {:.0f} MB are read at most: export the part alone, "
         "without what it is assembled with, or an STL",
-        path.string(), static_cast<double>(size) / kBytesPerMb, kMostStepBytes / kBytesPerMb));
+        path.string(), static_cast<double>(size) / kBytesPerMb, kMaxStepBytes / kBytesPerMb));
   }
-  auto text = TRY(files::ReadNamedFile(path, kMostStepBytes));
+  auto text = TRY(files::ReadNamedFile(path, kMaxStepBytes));
   auto solid = Read(std::move(text), options);
   if (!solid) {
     return tl::unexpected(

@@ -16,11 +16,11 @@
 namespace trammel::machine {
 
 struct StepReadOptions {
-  double chord_error_mm = 0.02;          ///< limit for the triangles, > 0
-  std::size_t most_triangles = 120'000;  ///< coarser ones are made of a part that would take more
+  double chord_error_mm = 0.02;         ///< limit for the triangles, > 0
+  std::size_t max_triangles = 120'000;  ///< coarser ones are made of a part that would take more
   /// Time limit of Open CASCADE, for any file. A plate with 800 bores took 45 s on a slow
   /// processor.
-  int most_s = 60;
+  int max_s = 60;
 };
 
 /// Height of the part's own surface above a triangle.
@@ -44,7 +44,7 @@ struct StepSolid {
 };
 
 /// Maximum file size; larger files are rejected unread.
-inline constexpr std::size_t kMostStepBytes = 100'000'000;
+inline constexpr std::size_t kMaxStepBytes = 100'000'000;
 
 /// True if the first bytes are those of a STEP file: comments may precede its first words.
 [[nodiscard]] bool LooksLikeStep(std::string_view start);

@@ -157,8 +157,8 @@ TEST_F(StepFile, WhatTakesOpenCascadeMinutesIsGivenUpInTime) {
   for (int k = 1; k < 400'000; ++k) list += ",0.";
   list += "));\n";
   StepReadOptions options;
-  EXPECT_EQ(options.most_s, 60);
-  options.most_s = 2;
+  EXPECT_EQ(options.max_s, 60);
+  options.max_s = 2;
   const std::string text = Replaced(test::StepText({{}}, "mm"), "DATA;", "DATA;\n" + list);
   const auto begun = std::chrono::steady_clock::now();
   const auto read = Read(text, options);

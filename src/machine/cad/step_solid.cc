@@ -161,7 +161,7 @@ std::string Described(const STEPControl_Reader& reader, const TopoDS_Shape& soli
   return fmt::format("{}{:.4g} × {:.4g} × {:.4g} mm about {}",
                      name.empty() || name == "NONE" ? "" : fmt::format("\"{}\" ", name),
                      at[3] - at[0], at[4] - at[1], at[5] - at[2],
-                     PlaceWords({(at[0] + at[3]) / 2, (at[1] + at[4]) / 2, (at[2] + at[5]) / 2}));
+                     PlaceText({(at[0] + at[3]) / 2, (at[1] + at[4]) / 2, (at[2] + at[5]) / 2}));
 }
 
 // Counts parts of one kind that belong to none of another.
@@ -196,7 +196,7 @@ Result<void> CheckClosed(const TopoDS_Shape& solid) {
   const TopoDS_Vertex& at = from.IsNull() ? to : from;
   return Fail(fmt::format(
       "its shell is open: {} edges belong to one face only{}; close the solid in the CAD program",
-      open, at.IsNull() ? "" : fmt::format(", the first at {}", PlaceWords(BRep_Tool::Pnt(at)))));
+      open, at.IsNull() ? "" : fmt::format(", the first at {}", PlaceText(BRep_Tool::Pnt(at)))));
 }
 
 Result<TopoDS_Shape> OneSolid(const STEPControl_Reader& reader, const TopoDS_Shape& shape,
@@ -221,12 +221,12 @@ Result<TopoDS_Shape> OneSolid(const STEPControl_Reader& reader, const TopoDS_Sha
   }
   if (solids.Extent() > 1) {
     std::string named;
-    constexpr int kMostNamed = 4;
-    for (int i = 1; i <= std::min(solids.Extent(), kMostNamed); ++i) {
+    constexpr int kMaxNamed = 4;
+    for (int i = 1; i <= std::min(solids.Extent(), kMaxNamed); ++i) {
       named += fmt::format("{}{}", i == 1 ? "" : "; ", Described(reader, solids(i)));
     }
-    if (solids.Extent() > kMostNamed)
-      named += fmt::format("; and {} more", solids.Extent() - kMostNamed);
+    if (solids.Extent() > kMaxNamed)
+      named += fmt::format("; and {} more", solids.Extent() - kMaxNamed);
     return Fail(
         fmt::format("{} solids where one is wanted: {}; export the part alone, or unite them",
                     solids.Extent(), named));
@@ -249,25 +249,25 @@ Result<TopoDS_Shape> OneSolid(const STEPControl_Reader& reader, const TopoDS_Sha
 Result<void> CheckGaps(const TopoDS_Shape& solid, std::vector<std::string>& notices) {
   constexpr double kSaid_mm = 0.002;
   constexpr double kMost_mm = 0.02;
-  double most_mm = 0;
+  double max_mm = 0;
   gp_Pnt where;
   TopTools_IndexedMapOfShape vertices;
   TopExp::MapShapes(solid, TopAbs_VERTEX, vertices);
   for (int i = 1; i <= vertices.Extent(); ++i) {
     const TopoDS_Vertex& vertex = TopoDS::Vertex(vertices(i));
-    if (!(BRep_Tool::Tolerance(vertex) > most_mm)) continue;
-    most_mm = BRep_Tool::Tolerance(vertex);
+    if (!(BRep_Tool::Tolerance(vertex) > max_mm)) continue;
+    max_mm = BRep_Tool::Tolerance(vertex);
     where = BRep_Tool::Pnt(vertex);
   }
-  if (most_mm > kMost_mm) {
+  if (max_mm > kMost_mm) {
     return Fail(
         fmt::format("its faces do not meet: they are up to {:.3f} mm apart, the worst at {}; it is "
                     "damaged or was exported too coarsely: repair it in the CAD program",
-                    most_mm, PlaceWords(where)));
+                    max_mm, PlaceText(where)));
   }
-  if (most_mm > kSaid_mm) {
+  if (max_mm > kSaid_mm) {
     notices.push_back(
-        fmt::format("its faces meet within {:.4f} mm, worst at {}", most_mm, PlaceWords(where)));
+        fmt::format("its faces meet within {:.4f} mm, worst at {}", max_mm, PlaceText(where)));
   }
   return {};
 }
@@ -310,7 +310,7 @@ Result<CadSolid> Read(std::string_view text) {
 
 }  // namespace
 
-std::string PlaceWords(const gp_Pnt& at_mm) {
+std::string PlaceText(const gp_Pnt& at_mm) {
   return fmt::format("({:.3f}, {:.3f}, {:.3f}) mm", at_mm.X(), at_mm.Y(), at_mm.Z());
 }
 

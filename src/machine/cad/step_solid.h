@@ -17,7 +17,7 @@ struct CadSolid {
   std::vector<std::string> notices;
 };
 
-[[nodiscard]] std::string PlaceWords(const gp_Pnt& at_mm);
+[[nodiscard]] std::string PlaceText(const gp_Pnt& at_mm);
 
 /// Errors (kInput): those of ReadStepFile about the content, without the file's name.
 [[nodiscard]] Result<CadSolid> SolidOf(std::string_view text);

@@ -244,7 +244,7 @@ class Triangles {
   static std::string NearestPlace(const TopoDS_Face& face) {
     const TopExp_Explorer vertex(face, TopAbs_VERTEX);
     return vertex.More()
-               ? fmt::format(" at {}", PlaceWords(BRep_Tool::Pnt(TopoDS::Vertex(vertex.Current()))))
+               ? fmt::format(" at {}", PlaceText(BRep_Tool::Pnt(TopoDS::Vertex(vertex.Current()))))
                : "";
   }
 
@@ -268,7 +268,7 @@ double Coarser(const TopoDS_Shape& solid, const StepReadOptions& options) {
   const double more = count(kStep * options.chord_error_mm);
   const double power = std::clamp(std::log(more / few) / std::log(kStep), 0.1, 1.0);
   const double expected = more * std::pow(kStep, power);
-  return std::max(1.0, std::pow(expected / static_cast<double>(options.most_triangles), 1 / power));
+  return std::max(1.0, std::pow(expected / static_cast<double>(options.max_triangles), 1 / power));
 }
 
 Result<StepSolid> MakeAt(const TopoDS_Shape& solid, double error_mm) {
@@ -286,15 +286,15 @@ Result<StepSolid> Make(const TopoDS_Shape& solid, const StepReadOptions& options
   double error_mm = options.chord_error_mm * Coarser(solid, options);
   // The quadratic surfaces' residual varies as the third power of the triangles' size.
   constexpr double kLeft_mm = 5e-4;
-  constexpr int kMostRounds = 3;
+  constexpr int kMaxRounds = 3;
   for (int round = 1;; ++round) {
     auto made = MakeAt(solid, error_mm);
-    if (!made || round == kMostRounds) return made;
+    if (!made || round == kMaxRounds) return made;
     double left_mm = 0;
     for (const StepLift& lift : made->lifts) left_mm = std::max<double>(left_mm, lift.left_mm);
     const double share = std::max(
         0.8 * std::pow(kLeft_mm / left_mm, 2.0 / 3),
-        static_cast<double>(made->triangles.size()) / static_cast<double>(options.most_triangles));
+        static_cast<double>(made->triangles.size()) / static_cast<double>(options.max_triangles));
     if (!(left_mm > kLeft_mm) || share > 0.8) return made;
     error_mm *= share;
   }

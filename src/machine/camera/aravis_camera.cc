@@ -140,11 +140,11 @@ constexpr std::string_view kScheme = "aravis:";
 constexpr const char* kBestFormat = "Mono8";
 
 // A quarter of a second at 30 frames/s: the client may be blocked that long without a loss.
-constexpr std::size_t kMostBuffers = 8;
+constexpr std::size_t kMaxBuffers = 8;
 constexpr std::size_t kFewestBuffers = 3;
-constexpr std::size_t kMostBufferBytes = 256'000'000;        // all buffers, beyond the minimum
-constexpr std::size_t kMostPayloadBytes = 3 * 50'000'000UL;  // 50 megapixels of RGB
-constexpr std::size_t kMostSocketBytes = 64'000'000;
+constexpr std::size_t kMaxBufferBytes = 256'000'000;        // all buffers, beyond the minimum
+constexpr std::size_t kMaxPayloadBytes = 3 * 50'000'000UL;  // 50 megapixels of RGB
+constexpr std::size_t kMaxSocketBytes = 64'000'000;
 constexpr double kLongestExposure_s = 60;
 // Maximum delay in detecting a stop request, or the loss of the camera.
 constexpr double kLook_s = 0.02;
@@ -159,13 +159,13 @@ Clocks ReadClocks() {
   constexpr int kTries = 5;
   constexpr double kClose_s = 1e-4;
   Clocks best;
-  double least_s = std::numeric_limits<double>::infinity();
-  for (int i = 0; i < kTries && least_s > kClose_s; ++i) {
+  double min_s = std::numeric_limits<double>::infinity();
+  for (int i = 0; i < kTries && min_s > kClose_s; ++i) {
     const double before_s = HostNow();
     const double wall_s = 1e-6 * static_cast<double>(g_get_real_time());
     const double after_s = HostNow();
-    if (after_s - before_s >= least_s) continue;
-    least_s = after_s - before_s;
+    if (after_s - before_s >= min_s) continue;
+    min_s = after_s - before_s;
     best = {wall_s, 0.5 * (before_s + after_s)};
   }
   return best;
@@ -209,7 +209,7 @@ void ReadThroughSocket(ArvCamera* camera) {
 void WidenSocket(ArvStream* stream, std::size_t payload_bytes) {
   if (!ARV_IS_GV_STREAM(stream)) return;
   g_object_set(stream, "socket-buffer", ARV_GV_STREAM_SOCKET_BUFFER_FIXED, "socket-buffer-size",
-               static_cast<gint>(std::min(2 * payload_bytes, kMostSocketBytes)), nullptr);
+               static_cast<gint>(std::min(2 * payload_bytes, kMaxSocketBytes)), nullptr);
 }
 
 class AravisCamera final : public FrameSource {
@@ -302,11 +302,11 @@ Result<void> AravisCamera::CheckSize() {
   if (trouble.occurred()) {
     return Broken(fmt::format("does not say how large its pictures are ({})", trouble.text()));
   }
-  if (width_px_ < 1 || height_px_ < 1 || payload_bytes_ < 1 || payload_bytes_ > kMostPayloadBytes) {
+  if (width_px_ < 1 || height_px_ < 1 || payload_bytes_ < 1 || payload_bytes_ > kMaxPayloadBytes) {
     return Broken(
         fmt::format("states pictures of {}x{} px in {} bytes; at most {} bytes are read: "
                     "set a smaller region",
-                    width_px_, height_px_, payload_bytes_, kMostPayloadBytes));
+                    width_px_, height_px_, payload_bytes_, kMaxPayloadBytes));
   }
   return {};
 }
@@ -343,7 +343,7 @@ Result<void> AravisCamera::StartStream() {
   }
   WidenSocket(stream_.get(), payload_bytes_);
   const std::size_t buffers =
-      std::clamp(kMostBufferBytes / payload_bytes_, kFewestBuffers, kMostBuffers);
+      std::clamp(kMaxBufferBytes / payload_bytes_, kFewestBuffers, kMaxBuffers);
   for (std::size_t i = 0; i < buffers; ++i) {
     arv_stream_push_buffer(stream_.get(), arv_buffer_new_allocate(payload_bytes_));
   }

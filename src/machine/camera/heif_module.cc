@@ -21,9 +21,9 @@
 namespace trammel::machine {
 namespace {
 
-constexpr int kMostSeconds = 30;                   // CPU time
-constexpr std::int64_t kMostPixels = 110'000'000;  // phones have up to 108 megapixels
-constexpr std::uint64_t kMostBytes = std::uint64_t{1400} << 20U;
+constexpr int kMaxSeconds = 30;                   // CPU time
+constexpr std::int64_t kMaxPixels = 110'000'000;  // phones have up to 108 megapixels
+constexpr std::uint64_t kMaxBytes = std::uint64_t{1400} << 20U;
 
 enum Kind : std::uint32_t { kSize = 1, kPixels, kEnd, kFault };
 
@@ -76,7 +76,7 @@ Result<Frame> DecodeHere(std::span<const std::uint8_t> bytes, const ImageReadOpt
   const int height = heif_image_handle_get_height(main);
   if (width < 1 || height < 1) return Fail("it states no size; copy it again");
   ImageReadOptions bounds = options;
-  bounds.most_pixels = std::min(bounds.most_pixels, kMostPixels);
+  bounds.most_pixels = std::min(bounds.most_pixels, kMaxPixels);
   TRY(CheckPixels(width, height, bounds));
   TRY(CheckPacking(width, height, bytes.size()));
   heif_image* decoded = nullptr;
@@ -108,14 +108,14 @@ Result<Frame> TakeFrame(ChildProcess& child, std::size_t bytes) {
   std::size_t filled = 0;
   ChildMessage message;
   for (;;) {
-    if (child.Receive(message, kSilence_s, {}) != Heard::kMessage) break;
+    if (child.Receive(message, kSilence_s, {}) != Received::kMessage) break;
     if (message.kind == kFault)
       return Fail(std::string(message.bytes.begin(), message.bytes.end()));
     if (message.kind == kSize && message.bytes.size() == sizeof(Size) && frame.bgr.empty()) {
       Size size;
       std::memcpy(&size, message.bytes.data(), sizeof size);
       if (size.width_px < 1 || size.height_px < 1 ||
-          std::int64_t{size.width_px} * size.height_px > kMostPixels) {
+          std::int64_t{size.width_px} * size.height_px > kMaxPixels) {
         break;
       }
       frame = Frame(size.width_px, size.height_px);
@@ -132,14 +132,14 @@ Result<Frame> TakeFrame(ChildProcess& child, std::size_t bytes) {
   return Fail(fmt::format(
       "its decoder ended without a picture ({}): its {} bytes take more than {} s or {} MB, or it "
       "is damaged; convert it to JPEG",
-      child.End(), bytes, kMostSeconds, kMostBytes >> 20U));
+      child.End(), bytes, kMaxSeconds, kMaxBytes >> 20U));
 }
 
 Result<Frame> Decode(std::span<const std::uint8_t> bytes, const ImageReadOptions& options) {
   constexpr double kPatience_s = 1;
   auto child = TRY(ChildProcess::Start(
       [&](const ChildSender& sender) {
-        LimitThisProcess(kMostBytes, kMostSeconds);
+        LimitThisProcess(kMaxBytes, kMaxSeconds);
         try {
           const Result<Frame> frame = DecodeHere(bytes, options);
           if (frame) {

@@ -36,9 +36,9 @@ Result<void> CheckPixels(int width_px, int height_px, const ImageReadOptions& op
 }
 
 Result<void> CheckPacking(int width_px, int height_px, std::size_t bytes) {
-  constexpr std::uint64_t kMostPixelsPerByte = 1000;
+  constexpr std::uint64_t kMaxPixelsPerByte = 1000;
   const auto pixels = static_cast<std::uint64_t>(width_px) * static_cast<std::uint64_t>(height_px);
-  if (pixels <= kMostPixelsPerByte * bytes) return {};
+  if (pixels <= kMaxPixelsPerByte * bytes) return {};
   return Fail(fmt::format("it states {} x {} px, which its {} bytes cannot hold; copy it again",
                           width_px, height_px, bytes));
 }
@@ -197,7 +197,7 @@ Result<Frame> ReadImageFile(const std::filesystem::path& path, const ImageReadOp
     return tl::unexpected(
         Error{error.kind, fmt::format("photo {}: {}", path.string(), error.message)});
   };
-  const Result<std::vector<std::uint8_t>> bytes = ReadFileBytes(path, options.most_bytes);
+  const Result<std::vector<std::uint8_t>> bytes = ReadFileBytes(path, options.max_bytes);
   if (!bytes) return named(bytes.error());
   Result<Frame> frame = DecodeImage(*bytes, options);
   if (!frame) return named(frame.error());

@@ -21,7 +21,7 @@ struct ImageHeader {
 };
 
 struct ImageReadOptions {
-  std::int64_t most_bytes = 256'000'000;      ///< file size, > 0
+  std::int64_t max_bytes = 256'000'000;       ///< file size, > 0
   std::int64_t most_pixels = 200'000'000;     ///< per image, > 0: twice a 100-megapixel camera
   std::int64_t reduce_above_px = 30'000'000;  ///< larger images are read at 1/2, 1/4 or 1/8 of
                                               ///< their size, down to about this many pixels

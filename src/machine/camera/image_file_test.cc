@@ -75,8 +75,8 @@ TEST(ImageFile, ShowsEveryOrientationAsOpenCvDoes) {
     const cv::Mat expected = cv::imdecode(jpeg, cv::IMREAD_COLOR);
     ASSERT_EQ(frame->width, expected.cols) << int{orientation};
     ASSERT_EQ(frame->height, expected.rows) << int{orientation};
-    constexpr double kMostLevels = 2;  // between two orders of the same transform
-    EXPECT_LE(cv::norm(PixelsOf(*frame), expected, cv::NORM_INF), kMostLevels) << int{orientation};
+    constexpr double kMaxLevels = 2;  // between two orders of the same transform
+    EXPECT_LE(cv::norm(PixelsOf(*frame), expected, cv::NORM_INF), kMaxLevels) << int{orientation};
   }
 }
 

@@ -55,8 +55,8 @@ bool IsPicture(const fs::path& path) {
 
 class ImageFolder final : public FrameSource {
  public:
-  ImageFolder(fs::path folder, std::vector<std::string> names, std::size_t most_bytes)
-      : folder_(std::move(folder)), names_(std::move(names)), most_bytes_(most_bytes) {}
+  ImageFolder(fs::path folder, std::vector<std::string> names, std::size_t max_bytes)
+      : folder_(std::move(folder)), names_(std::move(names)), max_bytes_(max_bytes) {}
 
   Result<std::optional<CapturedFrame>> Next(double, std::stop_token stop) override {
     if (stop.stop_requested()) return Fail("stopped", ErrorKind::kInterrupted);
@@ -64,7 +64,7 @@ class ImageFolder final : public FrameSource {
     const fs::path path = folder_ / names_[next_];
     CapturedFrame frame;
     frame.sequence = next_++;
-    auto bytes = ReadFileBytes(path, static_cast<std::int64_t>(most_bytes_));
+    auto bytes = ReadFileBytes(path, static_cast<std::int64_t>(max_bytes_));
     if (!bytes) {
       return Fail(fmt::format("picture '{}': {}", path.string(), bytes.error().message),
                   ErrorKind::kMeasurement);
@@ -83,7 +83,7 @@ class ImageFolder final : public FrameSource {
  private:
   fs::path folder_;
   std::vector<std::string> names_;
-  std::size_t most_bytes_;
+  std::size_t max_bytes_;
   std::size_t next_ = 0;
   FrameChecker checker_;
 };
@@ -92,7 +92,7 @@ class ImageFolder final : public FrameSource {
 
 Result<std::unique_ptr<FrameSource>> OpenImageFolder(const fs::path& folder,
                                                      const CameraOptions& options) {
-  constexpr std::size_t kMostFiles = 100'000;
+  constexpr std::size_t kMaxFiles = 100'000;
   std::vector<std::string> names;
   std::error_code error;
   for (fs::directory_iterator at(folder, error), end; !error && at != end; at.increment(error)) {
@@ -100,8 +100,8 @@ Result<std::unique_ptr<FrameSource>> OpenImageFolder(const fs::path& folder,
     if (IsPicture(at->path()) && at->is_regular_file(ignored)) {
       names.push_back(at->path().filename().string());
     }
-    if (names.size() > kMostFiles) {
-      return Fail(fmt::format("folder '{}': more than {} pictures", folder.string(), kMostFiles),
+    if (names.size() > kMaxFiles) {
+      return Fail(fmt::format("folder '{}': more than {} pictures", folder.string(), kMaxFiles),
                   ErrorKind::kMeasurement);
     }
   }

@@ -34,7 +34,7 @@ std::string Picture(int phase = 0, int width = 64, int height = 48) {
   return test::JpegOf(test::TestPicture(width, height, phase));
 }
 
-ScriptedHttp::Script Says(const std::string& bytes, bool stays_open = true) {
+ScriptedHttp::Script Answers(const std::string& bytes, bool stays_open = true) {
   return [=](const std::string&, HttpPeer& peer) {
     peer.Send(bytes);
     if (stays_open) peer.WaitForClose();
@@ -71,7 +71,7 @@ Outcome ReadUntilError(const std::string& address, double time_limit_s = kImpati
 TEST(MjpegStream, DeliversPicturesUntouchedInOrder) {
   std::string bytes = MjpegHead();
   for (int i = 0; i < 5; ++i) bytes += MjpegPart(Picture(i));
-  const ScriptedHttp server(Says(bytes));
+  const ScriptedHttp server(Answers(bytes));
   const double before_s = HostNow();
   const Outcome outcome = ReadUntilError(server.Url("/stream"));
   ASSERT_EQ(outcome.frames.size(), 5);
@@ -109,7 +109,7 @@ TEST(MjpegStream, ReadsTheTimesOfEveryServerItKnows) {
       {"", {}, {}},
   };
   for (const Case& c : cases) {
-    const ScriptedHttp server(Says(MjpegHead() + MjpegPart(Picture(), c.fields)));
+    const ScriptedHttp server(Answers(MjpegHead() + MjpegPart(Picture(), c.fields)));
     const Outcome outcome = ReadUntilError(server.Url("/"));
     ASSERT_EQ(outcome.frames.size(), 1) << c.fields;
     const auto same = [](const std::optional<CameraTime>& a, const std::optional<CameraTime>& b) {
@@ -135,7 +135,7 @@ TEST(MjpegStream, AsksForCaptureTimesAndGivesWayToAServerThatRefuses) {
 }
 
 TEST(MjpegStream, SendsUserAndPasswordAndNeverShowsThem) {
-  const ScriptedHttp server(Says("HTTP/1.1 401 Unauthorized\r\n\r\n", false));
+  const ScriptedHttp server(Answers("HTTP/1.1 401 Unauthorized\r\n\r\n", false));
   const std::string address =
       "http://user:p%40ss@127.0.0.1:" + std::to_string(server.port()) + "/stream";
   const Outcome outcome = ReadUntilError(address);
@@ -169,7 +169,7 @@ TEST(MjpegStream, AnswersAChallengeByDigest) {
 }
 
 TEST(MjpegStream, ShowsNeitherTokensNorBytesThatATerminalCannotRead) {
-  const ScriptedHttp server(Says("HTTP/1.1 404 \xFF\x1b[2J\r\n\r\n", false));
+  const ScriptedHttp server(Answers("HTTP/1.1 404 \xFF\x1b[2J\r\n\r\n", false));
   const std::string address =
       "http://127.0.0.1:" + std::to_string(server.port()) + "/\xFF?token=s3cret&x=1";
   const std::string said = ReadUntilError(address).error.message;
@@ -191,13 +191,13 @@ TEST(MjpegStream, ReadsChunkedAnswers) {
   head.insert(head.size() - 2, "Transfer-Encoding: chunked\r\n");
   char size[32];
   std::snprintf(size, sizeof size, "%zx\r\n", body.size());
-  const ScriptedHttp server(Says(head + size + body + "\r\n0\r\n\r\n"));
+  const ScriptedHttp server(Answers(head + size + body + "\r\n0\r\n\r\n"));
   EXPECT_EQ(ReadUntilError(server.Url("/")).frames.size(), 2);
 }
 
 TEST(MjpegStream, NamesWhatIsNotAStream) {
   const auto message = [](const std::string& answer) {
-    const ScriptedHttp server(Says(answer, false));
+    const ScriptedHttp server(Answers(answer, false));
     return ReadUntilError(server.Url("/x")).error.message;
   };
   EXPECT_THAT(message("HTTP/1.1 404 Not Found\r\n\r\n"),
@@ -237,7 +237,7 @@ TEST(MjpegStream, NamesAStallAndGoesOnAfterIt) {
 }
 
 TEST(MjpegStream, IsStoppedAtOnce) {
-  const ScriptedHttp server(Says(MjpegHead()));
+  const ScriptedHttp server(Answers(MjpegHead()));
   auto camera = OpenCamera(server.Url("/"));
   ASSERT_TRUE(camera) << camera.error().message;
   std::stop_source stop;
@@ -260,7 +260,7 @@ TEST(MjpegStream, MarksDamagedFramesAndKeepsTheRest) {
       MjpegPart(whole, "X-UStreamer-Grab-Time: 10.0\r\n") +
       MjpegPart(whole, "X-UStreamer-Grab-Time: 9.0\r\n") +
       MjpegPart(whole, "X-UStreamer-Grab-Time: 9.1\r\n") + MjpegPart(whole).substr(0, 300);
-  const ScriptedHttp server(Says(bytes, false));
+  const ScriptedHttp server(Answers(bytes, false));
   const Outcome outcome = ReadUntilError(server.Url("/"), kPatience_s);
   std::vector<FrameFault> faults;
   for (const auto& frame : outcome.frames) faults.push_back(frame.fault);

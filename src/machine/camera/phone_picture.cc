@@ -45,7 +45,7 @@ Result<Frame> ReadPhotoFile(const std::filesystem::path& path, const ImageReadOp
     return tl::unexpected(
         Error{error.kind, fmt::format("photo {}: {}", path.string(), error.message)});
   };
-  const Result<std::vector<std::uint8_t>> bytes = ReadFileBytes(path, options.most_bytes);
+  const Result<std::vector<std::uint8_t>> bytes = ReadFileBytes(path, options.max_bytes);
   if (!bytes) return named(bytes.error());
   Result<Frame> frame = DecodePhoto(*bytes, options);
   if (!frame) return named(frame.error());

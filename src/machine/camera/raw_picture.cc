@@ -16,8 +16,8 @@
 namespace trammel::machine {
 namespace {
 
-constexpr std::int64_t kMostPixels = 50'000'000;  // limit of DecodeFrame()
-constexpr int kLongestSide_px = 65'500;           // JPEG's limit
+constexpr std::int64_t kMaxPixels = 50'000'000;  // limit of DecodeFrame()
+constexpr int kLongestSide_px = 65'500;          // JPEG's limit
 
 struct ReadFormat {
   std::uint32_t code = 0;
@@ -78,18 +78,18 @@ Result<std::vector<std::uint8_t>> ToPicture(const RawPicture& raw, int jpeg_qual
                 ErrorKind::kMachine);
   }
   const std::int64_t pixels = std::int64_t{raw.width_px} * raw.height_px;
-  if (raw.width_px < 1 || raw.height_px < 1 || pixels > kMostPixels ||
+  if (raw.width_px < 1 || raw.height_px < 1 || pixels > kMaxPixels ||
       std::max(raw.width_px, raw.height_px) > kLongestSide_px) {
     return Fail(fmt::format("a picture of {}x{} px; at most {} megapixels and {} px a side are "
                             "read: set a smaller region",
-                            raw.width_px, raw.height_px, kMostPixels / 1'000'000, kLongestSide_px),
+                            raw.width_px, raw.height_px, kMaxPixels / 1'000'000, kLongestSide_px),
                 ErrorKind::kMachine);
   }
   const std::size_t row_bytes =
       static_cast<std::size_t>(raw.width_px) * static_cast<std::size_t>(format->channels);
   const std::size_t stride = row_bytes + raw.row_padding_bytes;
   const std::size_t needed = stride * static_cast<std::size_t>(raw.height_px - 1) + row_bytes;
-  if (raw.row_padding_bytes > static_cast<std::size_t>(kMostPixels) || raw.bytes.size() < needed) {
+  if (raw.row_padding_bytes > static_cast<std::size_t>(kMaxPixels) || raw.bytes.size() < needed) {
     return Fail(fmt::format("{} bytes for {}x{} px of {}, which need {}", raw.bytes.size(),
                             raw.width_px, raw.height_px, format->name, needed),
                 ErrorKind::kMachine);

@@ -57,11 +57,11 @@ Result<LinuxCncOffsets> ParseOffsets(const std::string& message) {
     if (value >> number && std::isfinite(number)) numbers.push_back(number);
   }
   constexpr std::size_t kWanted = 7;
-  constexpr double kMostTurned_deg = 1e6;
+  constexpr double kMaxTurned_deg = 1e6;
   const auto no_length = [](double mm) { return std::abs(mm) > kFarthest_mm; };
   const auto no_flag = [](double flag) { return flag != 0 && flag != 1; };
   if (numbers.size() != kWanted || std::any_of(numbers.begin(), numbers.begin() + 3, no_length) ||
-      std::abs(numbers[3]) > kMostTurned_deg || no_flag(numbers[4]) || no_flag(numbers[5]) ||
+      std::abs(numbers[3]) > kMaxTurned_deg || no_flag(numbers[4]) || no_flag(numbers[5]) ||
       no_length(numbers[6])) {
     return Broken(
         fmt::format("LinuxCNC shows its offsets as \"{}\", which cannot be", Clipped(message)));
@@ -123,7 +123,7 @@ Result<LinuxCncMotion> LinuxCnc::Motion(const std::stop_token& stop) {
   if (!motion) return motion;
   TRY(CheckMode(motion->mode));
   // Before the axes are homed, their limits are meaningless.
-  TRY(CheckToldPlace(motion->position.head<3>(), travel_known_ ? travel_ : LinuxCncTravel()));
+  TRY(CheckStatedPlace(motion->position.head<3>(), travel_known_ ? travel_ : LinuxCncTravel()));
   return motion;
 }
 
@@ -141,7 +141,7 @@ Result<void> LinuxCnc::LearnTravel(const std::stop_token& stop) {
 Result<LinuxCncState> LinuxCnc::State(const std::stop_token& stop) {
   auto state = session_->State(options_.joints, stop);
   if (!state) return state;
-  TRY(CheckToldPlace(state->position_mm, travel_known_ ? travel_ : LinuxCncTravel()));
+  TRY(CheckStatedPlace(state->position_mm, travel_known_ ? travel_ : LinuxCncTravel()));
   return state;
 }
 
@@ -231,9 +231,8 @@ Result<void> LinuxCnc::MoveTo(const Vector3d& machine_mm, double feed_mm_min,
 }
 
 Result<void> LinuxCnc::TurnTo(double c_deg, double speed_deg_min, const std::stop_token& stop) {
-  constexpr double kMostTurned_deg = 720;
-  TRAMMEL_CHECK(options_.c_holds_spindle && std::abs(c_deg) <= kMostTurned_deg, "C = {} deg",
-                c_deg);
+  constexpr double kMaxTurned_deg = 720;
+  TRAMMEL_CHECK(options_.c_holds_spindle && std::abs(c_deg) <= kMaxTurned_deg, "C = {} deg", c_deg);
   TRY(Prepare(true, stop));
   return Drive(Driven::kC, {0, 0, 0, c_deg}, speed_deg_min, stop);
 }

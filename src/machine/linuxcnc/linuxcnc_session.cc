@@ -33,7 +33,7 @@ std::string Text(const LinuxCncTravel& travel) {
   return fmt::format("{} … {} mm", At(travel.low_mm), At(travel.high_mm));
 }
 
-constexpr int kMostJoints = 16;  // LinuxCNC's limit
+constexpr int kMaxJoints = 16;  // LinuxCNC's limit
 constexpr double kJoin_s =
     20;  // Python starts and loads LinuxCNC's libraries, on a busy computer too
 
@@ -136,7 +136,7 @@ Result<LinuxCncTravel> ParseTravel(const std::string& shown) {
   return travel;
 }
 
-Result<void> CheckToldPlace(const Vector3d& machine_mm, const LinuxCncTravel& travel) {
+Result<void> CheckStatedPlace(const Vector3d& machine_mm, const LinuxCncTravel& travel) {
   const Vector3d beyond_mm = Vector3d::Constant(1);
   if (Within(machine_mm, travel.low_mm - beyond_mm, travel.high_mm + beyond_mm)) return {};
   return Fail(fmt::format("LinuxCNC says that the machine is at {}, where it cannot be: its axes "
@@ -173,7 +173,7 @@ Result<std::unique_ptr<LinuxCncSession>> LinuxCncSession::Join(
   const std::vector<std::string>& words = options.helper.empty() ? own : options.helper;
   auto helper = DialogueProcess::Start(words);
   if (!helper) return Fail("to join LinuxCNC: " + helper.error().message, helper.error().kind);
-  const auto hello = (*helper)->Hear(kJoin_s, stop);
+  const auto hello = (*helper)->ReadLine(kJoin_s, stop);
   if (!hello) {
     return Fail(fmt::format("to join LinuxCNC: {}: {}", words.front(), hello.error().message),
                 hello.error().kind);
@@ -188,7 +188,7 @@ Result<json> LinuxCncSession::Ask(json request, const std::stop_token& stop) {
   constexpr double kHelper_s = 35;
   const double limit_s = options_.time_limit_s + kHelper_s;
   auto line = helper_->Ask(TextOf(request), limit_s, stop);
-  for (; line; line = helper_->Hear(limit_s, stop)) {
+  for (; line; line = helper_->ReadLine(limit_s, stop)) {
     auto answer = TRY(Understood(*line, asked_));
     if (answer) return std::move(*answer);
   }
@@ -251,7 +251,7 @@ Result<LinuxCncFacts> LinuxCncSession::Facts(const std::stop_token& stop) {
   LinuxCncFacts facts;
   facts.axes = members.Text("axes");
   facts.unit_mm = members.Number("unit_mm");
-  facts.joints = static_cast<int>(std::clamp(members.Number("joints"), 0.0, double(kMostJoints)));
+  facts.joints = static_cast<int>(std::clamp(members.Number("joints"), 0.0, double(kMaxJoints)));
   facts.tool = static_cast<int>(std::clamp(members.Number("tool"), 0.0, 1e6));
   facts.tool_length_mm = members.Number("tool_length") * facts.unit_mm;
   facts.tools = static_cast<int>(std::clamp(members.Number("tools"), 0.0, 1e6));

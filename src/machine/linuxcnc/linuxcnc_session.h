@@ -29,8 +29,8 @@ struct LinuxCncTravel {
 
 /// Error (kMachine): a reported position that is impossible for the machine. An axis at its limit
 /// may overshoot by a millimetre.
-[[nodiscard]] Result<void> CheckToldPlace(const Eigen::Vector3d& machine_mm,
-                                          const LinuxCncTravel& travel);
+[[nodiscard]] Result<void> CheckStatedPlace(const Eigen::Vector3d& machine_mm,
+                                            const LinuxCncTravel& travel);
 
 /// Error (kSafety): a target outside the travel.
 [[nodiscard]] Result<void> CheckTarget(const Eigen::Vector3d& machine_mm,

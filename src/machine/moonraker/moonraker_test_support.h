@@ -35,7 +35,7 @@ class MoonrakerPrinterTest : public ::testing::Test {
 
   /// Sets the server's messages in reply to a script, in this order; `ok` last unless `answered` is
   /// false.
-  void ScriptSays(std::vector<nlohmann::json> messages, bool answered = true) {
+  void ScriptAnswers(std::vector<nlohmann::json> messages, bool answered = true) {
     server_.Handle("printer.gcode.script", [messages, answered](const nlohmann::json& request) {
       std::vector<nlohmann::json> all = messages;
       if (answered) {

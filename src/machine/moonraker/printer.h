@@ -215,7 +215,7 @@ class Printer {
   /// Reads a file beside the printer's configuration.
   /// Errors: kInput: no such file, or it has more bytes; kMachine.
   [[nodiscard]] virtual Result<std::string> DownloadConfig(const std::string& name,
-                                                           std::size_t most_bytes,
+                                                           std::size_t max_bytes,
                                                            const WaitLimit& limit) = 0;
   /// Deletes an uploaded file. Error: it is being printed.
   [[nodiscard]] virtual Result<void> DeleteFile(const std::string& name,
@@ -261,8 +261,8 @@ class Printer {
   [[nodiscard]] virtual Result<void> RecordMoves(const WaitLimit& limit) = 0;
   /// Returns the recorded moves that overlap [from, to] of print time, in order, as far as
   /// received. REQUIRES an earlier RecordMoves.
-  [[nodiscard]] virtual std::vector<TrapezoidMove> MovesTold(double from_print_time_s,
-                                                             double to_print_time_s) = 0;
+  [[nodiscard]] virtual std::vector<TrapezoidMove> ReportedMoves(double from_print_time_s,
+                                                                 double to_print_time_s) = 0;
   /// Returns the recorded moves that overlap [from, to] of print time, in order; waits until all up
   /// to `to` are received. REQUIRES an earlier RecordMoves.
   [[nodiscard]] virtual Result<std::vector<TrapezoidMove>> Moves(double from_print_time_s,

@@ -16,7 +16,7 @@ namespace {
 
 using nlohmann::json;
 
-constexpr std::size_t kMostSections = 2000;
+constexpr std::size_t kMaxSections = 2000;
 constexpr std::size_t kLongestName = 100;
 constexpr std::string_view kDualCarriage = "dual_carriage";
 
@@ -154,7 +154,7 @@ PrinterFacts FactsOf(const json& status, const PrinterState& state, const std::s
   ReadReach(state, extruder.empty() || extruder == state.active_extruder, facts);
   const json& settings = ObjectOr(ObjectOr(status, "configfile"), "settings");
   for (const auto& [name, section] : settings.items()) {
-    if (facts.sections.size() >= kMostSections) break;
+    if (facts.sections.size() >= kMaxSections) break;
     if (!IsPlainName(name)) continue;
     const std::string lower = LowerCase(name);
     facts.sections.insert(lower);

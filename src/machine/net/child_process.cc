@@ -23,7 +23,7 @@
 namespace trammel::machine {
 namespace {
 
-constexpr std::size_t kMostBytes = std::size_t{1} << 24U;  // per message; a scan is split
+constexpr std::size_t kMaxBytes = std::size_t{1} << 24U;  // per message; a scan is split
 
 struct Head {
   std::uint32_t kind;
@@ -110,33 +110,34 @@ ChildProcess::~ChildProcess() {
   static_cast<void>(End());
 }
 
-Heard ChildProcess::ReceiveBytes(std::span<std::uint8_t> bytes, double silence_s,
-                                 const std::stop_token& stop) const {
+Received ChildProcess::ReceiveBytes(std::span<std::uint8_t> bytes, double silence_s,
+                                    const std::stop_token& stop) const {
   while (!bytes.empty()) {
     switch (WaitForFd(fd_, POLLIN, HostNow() + silence_s, stop)) {
       case Waited::kStopped:
-        return Heard::kStopped;
+        return Received::kStopped;
       case Waited::kTimeLimit:
-        return Heard::kSilence;
+        return Received::kSilence;
       case Waited::kReady:
         break;
     }
     const ssize_t count = read(fd_, bytes.data(), bytes.size());
     if (count < 0 && errno == EINTR) continue;
-    if (count <= 0) return Heard::kEnded;
+    if (count <= 0) return Received::kEnded;
     bytes = bytes.subspan(static_cast<std::size_t>(count));
   }
-  return Heard::kMessage;
+  return Received::kMessage;
 }
 
-Heard ChildProcess::Receive(ChildMessage& message, double silence_s, const std::stop_token& stop) {
+Received ChildProcess::Receive(ChildMessage& message, double silence_s,
+                               const std::stop_token& stop) {
   std::array<std::uint8_t, sizeof(Head)> bytes{};
-  if (const Heard heard = ReceiveBytes(bytes, silence_s, stop); heard != Heard::kMessage) {
+  if (const Received heard = ReceiveBytes(bytes, silence_s, stop); heard != Received::kMessage) {
     return heard;
   }
   Head head{};
   std::memcpy(&head, bytes.data(), sizeof head);
-  if (head.size > kMostBytes) return Heard::kEnded;
+  if (head.size > kMaxBytes) return Received::kEnded;
   message.kind = head.kind;
   message.bytes.resize(head.size);
   return ReceiveBytes(message.bytes, silence_s, stop);
@@ -170,8 +171,8 @@ std::string ChildProcess::End() {
 }
 
 void LimitThisProcess(std::uint64_t bytes, int seconds) {
-  const auto most_s = static_cast<rlim_t>(seconds);
-  const rlimit time{most_s, most_s + 1};
+  const auto max_s = static_cast<rlim_t>(seconds);
+  const rlimit time{max_s, max_s + 1};
   setrlimit(RLIMIT_CPU, &time);
 #ifndef TRAMMEL_SANITIZED
   unsigned long long pages = 0;

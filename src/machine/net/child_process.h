@@ -33,7 +33,7 @@ class ChildSender {
   int fd_;
 };
 
-enum class Heard {
+enum class Received {
   kMessage,
   kSilence,  ///< nothing for as long as it was given
   kStopped,
@@ -58,7 +58,8 @@ class ChildProcess {
   ~ChildProcess();
 
   /// Waits for a message. Malformed data (a child may write anything) counts as its end.
-  [[nodiscard]] Heard Receive(ChildMessage& message, double silence_s, const std::stop_token& stop);
+  [[nodiscard]] Received Receive(ChildMessage& message, double silence_s,
+                                 const std::stop_token& stop);
 
   /// Returns its end, "signal 11, Segmentation fault" or "exit code 1". Waits like the destructor.
   [[nodiscard]] std::string End();
@@ -66,8 +67,8 @@ class ChildProcess {
  private:
   ChildProcess(pid_t process, int fd, double patience_s)
       : process_(process), fd_(fd), patience_s_(patience_s) {}
-  [[nodiscard]] Heard ReceiveBytes(std::span<std::uint8_t> bytes, double silence_s,
-                                   const std::stop_token& stop) const;
+  [[nodiscard]] Received ReceiveBytes(std::span<std::uint8_t> bytes, double silence_s,
+                                      const std::stop_token& stop) const;
   [[nodiscard]] bool WaitForEnd();
 
   pid_t process_ = -1;  // -1: it has been waited for

@@ -61,14 +61,14 @@ void CloseAllOthers() {
 
 }  // namespace
 
-std::string CommandEnd::Words() const {
+std::string CommandEnd::Describe() const {
   if (signal != 0) return fmt::format("signal {}, {}", signal, strsignal(signal));
   return fmt::format("exit code {}", exit_code);
 }
 
 Result<std::unique_ptr<CommandProcess>> CommandProcess::Start(
-    const std::vector<std::string>& words, std::optional<std::uint64_t> most_file_bytes) {
-  const rlim_t most = most_file_bytes.value_or(RLIM_INFINITY);
+    const std::vector<std::string>& words, std::optional<std::uint64_t> max_file_bytes) {
+  const rlim_t most = max_file_bytes.value_or(RLIM_INFINITY);
   std::vector<std::string> copies = words;
   std::vector<char*> arguments;
   for (std::string& word : copies) arguments.push_back(word.data());

@@ -27,7 +27,7 @@ struct CommandEnd {
   Cause cause = Cause::kItself;
 
   /// "exit code 1" or "signal 11, Segmentation fault".
-  [[nodiscard]] std::string Words() const;
+  [[nodiscard]] std::string Describe() const;
 };
 
 /// Conditions for ending a child, and the time allowed.
@@ -50,7 +50,7 @@ class CommandProcess {
   /// @param most_file_bytes  maximum size of a file it writes: SIGXFSZ ends one that writes more
   [[nodiscard]] static Result<std::unique_ptr<CommandProcess>> Start(
       const std::vector<std::string>& words,
-      std::optional<std::uint64_t> most_file_bytes = std::nullopt);
+      std::optional<std::uint64_t> max_file_bytes = std::nullopt);
   CommandProcess(const CommandProcess&) = delete;
   CommandProcess& operator=(const CommandProcess&) = delete;
   ~CommandProcess();

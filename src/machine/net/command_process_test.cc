@@ -19,7 +19,7 @@ namespace {
 
 using ::testing::ElementsAre;
 
-struct Heard {
+struct Output {
   std::vector<std::string> output;
   std::vector<std::string> error;
   CommandEnd end;
@@ -27,8 +27,8 @@ struct Heard {
 
 std::vector<std::string> Shell(const std::string& script) { return {"/bin/sh", "-c", script}; }
 
-Heard Follow(const std::vector<std::string>& words) {
-  Heard heard;
+Output Follow(const std::vector<std::string>& words) {
+  Output heard;
   auto process = CommandProcess::Start(words);
   EXPECT_TRUE(process) << process.error().message;
   if (!process) return heard;
@@ -47,7 +47,7 @@ void WaitForFile(const std::filesystem::path& file) {
 }
 
 TEST(CommandProcess, ALineWithoutAnEndIsCutAndTheNextOneHeard) {
-  const Heard heard = Follow(Shell("head -c 100000 /dev/zero | tr '\\0' x; echo; echo next"));
+  const Output heard = Follow(Shell("head -c 100000 /dev/zero | tr '\\0' x; echo; echo next"));
   ASSERT_EQ(heard.output.size(), 2U);
   EXPECT_EQ(heard.output[0].size(), 4096U);
   EXPECT_EQ(heard.output[1], "next");
@@ -56,7 +56,7 @@ TEST(CommandProcess, ALineWithoutAnEndIsCutAndTheNextOneHeard) {
 TEST(CommandProcess, InheritsNoOpenFile) {
   const int fd = open("/dev/null", O_RDONLY);  // no O_CLOEXEC, like files of some libraries
   ASSERT_GE(fd, 3);
-  const Heard heard = Follow(Shell("test -e /proc/$$/fd/" + std::to_string(fd) + " && echo open"));
+  const Output heard = Follow(Shell("test -e /proc/$$/fd/" + std::to_string(fd) + " && echo open"));
   EXPECT_THAT(heard.output, ElementsAre());
   close(fd);
 }
@@ -104,7 +104,7 @@ TEST(CommandProcess, IsAskedToEndAndKilledAfterSilenceOrAStop) {
 
 // The reader of its words is not kept by what it has left running.
 TEST(CommandProcess, EndsWithTheProcessThoughAGrandchildHoldsItsPipes) {
-  const Heard heard = Follow(Shell("sleep 30 & echo $!"));
+  const Output heard = Follow(Shell("sleep 30 & echo $!"));
   ASSERT_EQ(heard.output.size(), 1U);
   kill(std::stoi(heard.output[0]), SIGKILL);
 }

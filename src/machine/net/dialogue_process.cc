@@ -101,10 +101,10 @@ Result<std::string> DialogueProcess::Ask(std::string_view line, double time_limi
     if (sent <= 0) return Broken("it has ended");
     left.remove_prefix(static_cast<std::size_t>(sent));
   }
-  return Hear(time_limit_s, stop);
+  return ReadLine(time_limit_s, stop);
 }
 
-Result<std::string> DialogueProcess::Hear(double time_limit_s, const std::stop_token& stop) {
+Result<std::string> DialogueProcess::ReadLine(double time_limit_s, const std::stop_token& stop) {
   const double deadline_s = HostNow() + time_limit_s;
   for (;;) {
     if (const std::size_t end = partial_.find('\n'); end != std::string::npos) {

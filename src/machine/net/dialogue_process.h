@@ -34,7 +34,7 @@ class DialogueProcess {
   [[nodiscard]] Result<std::string> Ask(std::string_view line, double time_limit_s,
                                         const std::stop_token& stop);
   /// Waits for an unsolicited line.
-  [[nodiscard]] Result<std::string> Hear(double time_limit_s, const std::stop_token& stop);
+  [[nodiscard]] Result<std::string> ReadLine(double time_limit_s, const std::stop_token& stop);
 
   [[nodiscard]] pid_t process() const { return process_; }
 

@@ -35,28 +35,28 @@ TEST(DialogueProcess, SaysThatAProgramCannotBeStartedOrHasEnded) {
   EXPECT_THAT(none.error().message, HasSubstr("/nowhere/program cannot be started: No such file"));
   const auto gone = Shell("exit 3");
   ASSERT_TRUE(gone);
-  EXPECT_EQ(gone->Hear(10, {}).error().message, "it has ended");
+  EXPECT_EQ(gone->ReadLine(10, {}).error().message, "it has ended");
   EXPECT_EQ(gone->Ask("one", 10, {}).error().message, "it has ended");
 }
 
 TEST(DialogueProcess, ALineWithoutEndASilenceAndAStopEndTheWait) {
   const auto endless = Shell("while :; do printf xxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxx; done");
   ASSERT_TRUE(endless);
-  EXPECT_THAT(endless->Hear(60, {}).error().message, HasSubstr("says more than"));
+  EXPECT_THAT(endless->ReadLine(60, {}).error().message, HasSubstr("says more than"));
   const auto silent = Shell("exec cat");
   ASSERT_TRUE(silent);
-  EXPECT_THAT(silent->Hear(0.05, {}).error().message, HasSubstr("does not answer within"));
+  EXPECT_THAT(silent->ReadLine(0.05, {}).error().message, HasSubstr("does not answer within"));
   std::stop_source source;
   source.request_stop();
-  EXPECT_EQ(silent->Hear(60, source.get_token()).error().kind, ErrorKind::kInterrupted);
+  EXPECT_EQ(silent->ReadLine(60, source.get_token()).error().kind, ErrorKind::kInterrupted);
 }
 
 TEST(DialogueProcess, IsInAGroupOfItsOwnWithoutTheFilesOfThisProcess) {
   const auto list = Shell("exec ls /proc/self/fd");
   ASSERT_TRUE(list);
   // The fourth is that folder.
-  for (const char* file : {"0", "1", "2", "3"}) EXPECT_EQ(list->Hear(10, {}), file);
-  EXPECT_FALSE(list->Hear(10, {}));
+  for (const char* file : {"0", "1", "2", "3"}) EXPECT_EQ(list->ReadLine(10, {}), file);
+  EXPECT_FALSE(list->ReadLine(10, {}));
   const auto cat = Shell("exec cat");
   ASSERT_TRUE(cat);
   EXPECT_EQ(getpgid(cat->process()), cat->process());

@@ -53,11 +53,11 @@ OpenFile::~OpenFile() {
 }
 
 Result<std::vector<std::uint8_t>> ReadFileBytes(const std::filesystem::path& path,
-                                                std::int64_t most_bytes) {
+                                                std::int64_t max_bytes) {
   const auto file = TRY(OpenFile::Open(path));
-  if (file.size() > most_bytes) {
+  if (file.size() > max_bytes) {
     return Fail(
-        fmt::format("it has {} bytes, more than the {} that are read", file.size(), most_bytes));
+        fmt::format("it has {} bytes, more than the {} that are read", file.size(), max_bytes));
   }
   std::vector<std::uint8_t> bytes(static_cast<std::size_t>(file.size()));
   if (ReadInto(file.fd(), bytes) != static_cast<ssize_t>(bytes.size())) {

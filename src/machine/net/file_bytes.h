@@ -33,7 +33,7 @@ class OpenFile {
 /// Errors (kInput), without the file's name: it is no regular file, cannot be read, or has more
 /// than `most_bytes`.
 [[nodiscard]] Result<std::vector<std::uint8_t>> ReadFileBytes(const std::filesystem::path& path,
-                                                              std::int64_t most_bytes);
+                                                              std::int64_t max_bytes);
 
 /// Returns the first bytes of a file, at most `most`. Errors as above.
 [[nodiscard]] Result<std::vector<std::uint8_t>> ReadFileStart(const std::filesystem::path& path,

@@ -272,7 +272,7 @@ Result<HttpHead> ParseHttpHead(std::string_view head) {
 Result<void> ChunkDecoder::Decode(std::span<const std::uint8_t> bytes,
                                   std::vector<std::uint8_t>& out) {
   constexpr std::size_t kLongestLine = 1024;
-  constexpr std::size_t kMostBytes = 1'000'000'000;
+  constexpr std::size_t kMaxBytes = 1'000'000'000;
   std::size_t at = 0;
   while (at < bytes.size() && state_ != State::kEnded) {
     if (state_ == State::kData) {
@@ -297,7 +297,7 @@ Result<void> ChunkDecoder::Decode(std::span<const std::uint8_t> bytes,
     } else {
       const auto [end, error] =
           std::from_chars(line_.data(), line_.data() + line_.size(), left_, 16);
-      if (error != std::errc{} || end == line_.data() || left_ > kMostBytes) {
+      if (error != std::errc{} || end == line_.data() || left_ > kMaxBytes) {
         return Fail("its chunked answer is broken: a chunk without a size", ErrorKind::kMachine);
       }
       state_ = left_ == 0 ? State::kEnded : State::kData;

@@ -68,13 +68,13 @@ Result<HttpAnswer> SendHttp(const Endpoint& endpoint, std::string_view request, 
   }
 }
 
-Result<std::string> ReadHttpBody(HttpAnswer answer, std::size_t most_bytes, double deadline_s,
+Result<std::string> ReadHttpBody(HttpAnswer answer, std::size_t max_bytes, double deadline_s,
                                  const std::stop_token& stop) {
   std::optional<std::uint64_t> length = StatedLength(answer.head.fields);
   const auto coding = answer.head.fields.find("transfer-encoding");
   const bool chunked = coding != answer.head.fields.end() && coding->second.starts_with("chunked");
   const auto too_large = [] { return Fail("it sends more than is read of an answer"); };
-  if (!chunked && length.value_or(0) > most_bytes) return too_large();
+  if (!chunked && length.value_or(0) > max_bytes) return too_large();
   ChunkDecoder chunks;
   std::vector<std::uint8_t> body;
   std::vector<std::uint8_t> bytes = std::move(answer.rest);
@@ -84,7 +84,7 @@ Result<std::string> ReadHttpBody(HttpAnswer answer, std::size_t most_bytes, doub
     } else {
       body.insert(body.end(), bytes.begin(), bytes.end());
     }
-    if (body.size() > most_bytes) return too_large();
+    if (body.size() > max_bytes) return too_large();
     if (chunked ? chunks.ended() : length && body.size() >= *length) break;
     bytes.resize(64 * 1024);
     const auto read = TRY(answer.stream.Read(bytes, deadline_s, stop));

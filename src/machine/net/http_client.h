@@ -29,7 +29,7 @@ struct HttpAnswer {
 
 /// Reads the body: of the length in the head, in chunks, or until the server closes. Errors: those
 /// of ByteStream; kMachine: truncated, or incomplete in time; kInput: more than `most_bytes`.
-[[nodiscard]] Result<std::string> ReadHttpBody(HttpAnswer answer, std::size_t most_bytes,
+[[nodiscard]] Result<std::string> ReadHttpBody(HttpAnswer answer, std::size_t max_bytes,
                                                double deadline_s, const std::stop_token& stop);
 
 }  // namespace trammel::machine

@@ -36,7 +36,7 @@ void FillPixels(const PageLayout& layout, std::span<const std::uint8_t> row, int
 
 /// Rejects a raster that is larger than the file can contain at the maximum compression
 /// `most_packed`.
-[[nodiscard]] Result<void> CheckRaster(const PageLayout& layout, double most_packed,
+[[nodiscard]] Result<void> CheckRaster(const PageLayout& layout, double max_packed,
                                        std::uintmax_t file_bytes);
 
 /// Messages do not name the file.

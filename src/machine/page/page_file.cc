@@ -41,7 +41,7 @@ constexpr std::size_t kSignature = 8;
 
 Result<void> Read(const std::filesystem::path& path, const PageReadOptions& options,
                   const PageSink& sink) {
-  constexpr std::int64_t kMostPageBytes = 4'000'000'000;
+  constexpr std::int64_t kMaxPageBytes = 4'000'000'000;
   const auto start = TRY(ReadFileStart(path, kSignature));
   const PageFormat format = FormatOf(start);
   if (start.empty()) return Fail("it is empty; scan again");
@@ -50,12 +50,12 @@ Result<void> Read(const std::filesystem::path& path, const PageReadOptions& opti
   }
   if (format == PageFormat::kTiff) return ReadTiff(path, options, sink);
   if (format == PageFormat::kPdf) return ReadPdf(path, options, sink);
-  const auto bytes = TRY(ReadFileBytes(path, kMostPageBytes));
+  const auto bytes = TRY(ReadFileBytes(path, kMaxPageBytes));
   if (format == PageFormat::kPng) return One(DecodePng(bytes, options), sink);
   return One(DecodeJpeg(bytes, options), sink);
 }
 
-constexpr double kMostPixelsOfARow = 1e6;
+constexpr double kMaxPixelsOfARow = 1e6;
 
 std::uint8_t OnWhite(unsigned value, unsigned alpha) {
   return static_cast<std::uint8_t>((value * alpha + 255U * (255U - alpha) + 127U) / 255U);
@@ -93,8 +93,8 @@ Result<Page> MakePage(const PageLayout& layout, const PageReadOptions& options) 
   if (layout.width < 1 || layout.height < 1) {
     return Fail(fmt::format("its header states {} x {} px", layout.width, layout.height));
   }
-  if (static_cast<double>(layout.width) > kMostPixelsOfARow ||
-      static_cast<double>(layout.height) > kMostPixelsOfARow ||
+  if (static_cast<double>(layout.width) > kMaxPixelsOfARow ||
+      static_cast<double>(layout.height) > kMaxPixelsOfARow ||
       layout.width * layout.height > options.most_pixels) {
     return Fail(fmt::format(
         "it has {} x {} px, and at most {} megapixels and a million pixels a side are read; scan "
@@ -123,10 +123,10 @@ Result<Page> MakePage(const PageLayout& layout, const PageReadOptions& options) 
   return page;
 }
 
-Result<void> CheckRaster(const PageLayout& layout, double most_packed, std::uintmax_t file_bytes) {
+Result<void> CheckRaster(const PageLayout& layout, double max_packed, std::uintmax_t file_bytes) {
   const double raster = static_cast<double>(layout.width) * static_cast<double>(layout.height) *
                         layout.samples * layout.bits / 8;
-  if (raster <= most_packed * static_cast<double>(file_bytes)) return {};
+  if (raster <= max_packed * static_cast<double>(file_bytes)) return {};
   return Fail(
       fmt::format("its header states {} x {} px, more than its {} bytes can hold; "
                   "it was cut off or is damaged: copy it again, or scan again",

@@ -13,7 +13,7 @@ namespace trammel::machine {
 
 struct PageReadOptions {
   std::int64_t most_pixels = 400'000'000;  ///< per page, > 0; three times as many per file
-  int most_pages = 32;                     ///< per file, > 0
+  int max_pages = 32;                      ///< per file, > 0
 };
 
 /// Receives a page; an error ends the reading.

@@ -267,7 +267,7 @@ TEST_F(PageFile, ReadsTilesAndManyPages) {
   ASSERT_TRUE(pages) << pages.error().message;
   ASSERT_EQ(pages->size(), 3U);
   ExpectPicture(pages->back(), 1);
-  EXPECT_THAT(Complaint(Path("page.tiff"), {.most_pages = 2}), HasSubstr("more than 2 pages"));
+  EXPECT_THAT(Complaint(Path("page.tiff"), {.max_pages = 2}), HasSubstr("more than 2 pages"));
 }
 
 TEST_F(PageFile, ReadsPngsOfEveryDepthWithTheirResolution) {

@@ -17,7 +17,7 @@
 namespace trammel::machine {
 namespace {
 
-constexpr int kMostSeconds = 20;  // CPU time
+constexpr int kMaxSeconds = 20;  // CPU time
 
 /// Memory limit of the library for a file, bytes.
 std::uint64_t MemoryFor(std::uint64_t file_bytes) {
@@ -61,7 +61,7 @@ class PdfPage {
     if (told_.jpeg) return {};
     auto page = TRY(MakePage(told_.layout, options));
     page_ = std::move(page);
-    return CheckRaster(told_.layout, told_.most_packed, file_bytes_);
+    return CheckRaster(told_.layout, told_.max_packed, file_bytes_);
   }
 
   void Add(const ChildMessage& message) {
@@ -104,11 +104,11 @@ Result<void> TakePages(ChildProcess& child, std::uint64_t file_bytes,
   PdfPage page(file_bytes);
   ChildMessage message;
   for (;;) {
-    if (child.Receive(message, kSilence_s, {}) != Heard::kMessage) {
+    if (child.Receive(message, kSilence_s, {}) != Received::kMessage) {
       return Fail(fmt::format(
           "its decoder ended without a word ({}): unpacking its {} bytes takes more than {} s or "
           "{} MB, or it is damaged; scan to TIFF",
-          child.End(), file_bytes, kMostSeconds, MemoryFor(file_bytes) >> 20U));
+          child.End(), file_bytes, kMaxSeconds, MemoryFor(file_bytes) >> 20U));
     }
     Result<void> taken;
     switch (message.kind) {
@@ -143,7 +143,7 @@ Result<void> ReadPdf(const std::filesystem::path& path, const PageReadOptions& o
   const auto module = TRY(FindPdfModule());
   auto child = TRY(ChildProcess::Start(
       [&](const ChildSender& sender) {
-        LimitThisProcess(MemoryFor(file_bytes), kMostSeconds);
+        LimitThisProcess(MemoryFor(file_bytes), kMaxSeconds);
         const auto sent =
             module->send_pages(path, file_bytes, MemoryFor(file_bytes), options, sender);
         sender.Send(sent ? kPdfFileEnds : kPdfFault,

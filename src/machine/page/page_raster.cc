@@ -32,12 +32,12 @@ Result<Page> DecodeJpeg(std::span<const std::uint8_t> bytes, const PageReadOptio
   }
   auto page = MakePage({header.width_px, header.height_px, grey ? 1 : 3}, options);
   if (!page) return page;
-  constexpr std::int64_t kMostOfWhole = 200'000'000;
-  if (header.multiple_scans && std::int64_t{page->width} * page->height > kMostOfWhole) {
+  constexpr std::int64_t kMaxOfWhole = 200'000'000;
+  if (header.multiple_scans && std::int64_t{page->width} * page->height > kMaxOfWhole) {
     return Fail(fmt::format(
         "it has {} x {} px, and of a progressive JPEG at most {} megapixels are read; save it as "
         "TIFF, PNG or baseline JPEG",
-        page->width, page->height, kMostOfWhole / 1'000'000));
+        page->width, page->height, kMaxOfWhole / 1'000'000));
   }
   page->dpi_x = header.dpi_x;
   page->dpi_y = header.dpi_y;

@@ -63,7 +63,7 @@ Error EndsEarly(int row, const std::string& said) {
                       row + 1, said.empty() ? "the decoder gives no reason" : said)};
 }
 
-constexpr std::int64_t kMostOfRare = 200'000'000;
+constexpr std::int64_t kMaxOfRare = 200'000'000;
 
 /// Returns the highest compression ratio of a method for a raster; 0 for unsupported methods.
 double MostPacked(std::uint16_t compression, std::uint32_t width) {
@@ -106,7 +106,7 @@ Result<void> CheckPacked(const Tiff& tiff, const PageLayout& layout, std::uintma
 Result<Page> ReadRare(const Tiff& tiff, PageLayout layout, const PageReadOptions& options,
                       const std::string& said) {
   PageReadOptions fewer = options;
-  fewer.most_pixels = std::min(fewer.most_pixels, kMostOfRare);
+  fewer.most_pixels = std::min(fewer.most_pixels, kMaxOfRare);
   layout.samples = 4;
   layout.bits = 8;
   layout.white_is_zero = false;
@@ -177,13 +177,13 @@ Result<Page> ReadDirectory(const Tiff& tiff, const PageReadOptions& options,
 
 Result<void> ReadTiff(const std::filesystem::path& path, const PageReadOptions& options,
                       const PageSink& sink) {
-  constexpr tmsize_t kMostAtOnce = 4 * kMostOfRare;  // bytes that a hostile header may ask for
-  constexpr int kMostDirectories = 1000;             // including thumbnails
+  constexpr tmsize_t kMaxAtOnce = 4 * kMaxOfRare;  // bytes that a hostile header may ask for
+  constexpr int kMaxDirectories = 1000;            // including thumbnails
   std::string said;
   const std::unique_ptr<TIFFOpenOptions, FreeOptions> open(TIFFOpenOptionsAlloc());
   TIFFOpenOptionsSetErrorHandlerExtR(open.get(), Keep, &said);
   TIFFOpenOptionsSetWarningHandlerExtR(open.get(), Ignore, nullptr);
-  TIFFOpenOptionsSetMaxSingleMemAlloc(open.get(), kMostAtOnce);
+  TIFFOpenOptionsSetMaxSingleMemAlloc(open.get(), kMaxAtOnce);
   // m: no memory map of the file, which may shrink during reading.
   const Tiff tiff(TIFFOpenExt(path.c_str(), "rm", open.get()));
   if (!tiff) return tl::unexpected(EndsEarly(0, said));
@@ -192,13 +192,13 @@ Result<void> ReadTiff(const std::filesystem::path& path, const PageReadOptions& 
   int pages = 0;
   int directories = 0;
   do {
-    if (++directories > kMostDirectories) {
-      return Fail(fmt::format("it has more than {} pictures; give fewer", kMostDirectories));
+    if (++directories > kMaxDirectories) {
+      return Fail(fmt::format("it has more than {} pictures; give fewer", kMaxDirectories));
     }
     const auto kind = Tag<std::uint32_t>(tiff, TIFFTAG_SUBFILETYPE, 0);
     if ((kind & FILETYPE_REDUCEDIMAGE) != 0) continue;  // a thumbnail
-    if (++pages > options.most_pages) {
-      return Fail(fmt::format("it has more than {} pages; give fewer", options.most_pages));
+    if (++pages > options.max_pages) {
+      return Fail(fmt::format("it has more than {} pages; give fewer", options.max_pages));
     }
     auto page = TRY(ReadDirectory(tiff, options, unknown ? 0 : file_bytes, said));
     TRY(sink(std::move(page)));

@@ -58,15 +58,15 @@ class Drawing final : public QPDFObjectHandle::ParserCallbacks {
 
   void handleObject(QPDFObjectHandle object) override {
     if (!object.isOperator()) {
-      constexpr std::size_t kMostOperands = 1000;
-      if (operands_.size() < kMostOperands) operands_.push_back(object);
+      constexpr std::size_t kMaxOperands = 1000;
+      if (operands_.size() < kMaxOperands) operands_.push_back(object);
       if (object.isInlineImage()) drawn_.push_back({object, matrix_});
       return;
     }
     const std::string name = object.getOperatorValue();
     if (name == "q") {
-      constexpr std::size_t kMostSaved = 1000;
-      if (saved_.size() < kMostSaved) saved_.push_back(matrix_);
+      constexpr std::size_t kMaxSaved = 1000;
+      if (saved_.size() < kMaxSaved) saved_.push_back(matrix_);
     } else if (name == "Q" && !saved_.empty()) {
       matrix_ = saved_.back();
       saved_.pop_back();
@@ -133,7 +133,7 @@ double DrawnPicture::area_pt2() const {
 /// picture, several that share the page (strips, or the layers of a compact PDF), one that is drawn
 /// askew.
 Result<DrawnPicture> PictureOf(QPDFPageObjectHelper& page) {
-  constexpr double kMostBeside = 0.1;  // share of its area
+  constexpr double kMaxBeside = 0.1;  // share of its area
   constexpr double kAskew = 1e-3;
   std::vector<DrawnPicture> drawn;
   Drawing(page, QPDFMatrix(), 0, drawn).Follow();
@@ -142,7 +142,7 @@ Result<DrawnPicture> PictureOf(QPDFPageObjectHelper& page) {
       drawn.begin(), drawn.end(),
       [](const auto& left, const auto& right) { return left.area_pt2() < right.area_pt2(); });
   const auto sharing = std::count_if(drawn.begin(), drawn.end(), [&](const auto& picture) {
-    return picture.area_pt2() > kMostBeside * largest->area_pt2();
+    return picture.area_pt2() > kMaxBeside * largest->area_pt2();
   });
   if (sharing > 1) {
     return Fail(
@@ -313,11 +313,11 @@ Result<PdfPicture> Describe(QPDFObjectHandle picture, Palette& palette) {
   told.jpeg = filter == "/DCTDecode" || filter == "/DCT";
   if (told.jpeg) return told;
   if (filter == "/FlateDecode") {
-    told.most_packed = 1032;
+    told.max_packed = 1032;
   } else if (filter == "/LZWDecode") {
-    told.most_packed = 2600;
+    told.max_packed = 2600;
   } else if (filter == "/RunLengthDecode") {
-    told.most_packed = 64;
+    told.max_packed = 64;
   } else if (!filter.empty()) {
     return Fail(fmt::format("its picture is packed by {}; scan to TIFF, PNG or JPEG", filter));
   }
@@ -331,7 +331,7 @@ Result<PdfPicture> Describe(QPDFObjectHandle picture, Palette& palette) {
   layout.bits = mask ? 1 : static_cast<int>(Whole(dictionary, "/BitsPerComponent", 0));
   auto colours = TRY(PaletteOf(dictionary, layout));
   palette = std::move(colours);
-  if (palette.bits > 0) told.most_packed *= 8.0 * layout.samples / palette.bits;
+  if (palette.bits > 0) told.max_packed *= 8.0 * layout.samples / palette.bits;
   QPDFObjectHandle decode = dictionary.getKey("/Decode");
   layout.white_is_zero = layout.samples == 1 && palette.bits == 0 && decode.isArray() &&
                          decode.getArrayNItems() == 2 && decode.getArrayItem(0).isNumber() &&
@@ -384,7 +384,7 @@ Result<void> SendPage(QPDFPageObjectHelper helper, std::uint64_t file_bytes,
 }
 
 Result<void> SendPages(const std::filesystem::path& path, std::uint64_t file_bytes,
-                       std::uint64_t most_bytes, const PageReadOptions& options,
+                       std::uint64_t max_bytes, const PageReadOptions& options,
                        const ChildSender& sender) {
   // Without memory the library continues, and then reports a damaged file.
   static bool ran_out = false;
@@ -397,9 +397,9 @@ Result<void> SendPages(const std::filesystem::path& path, std::uint64_t file_byt
     pdf.setSuppressWarnings(true);
     pdf.processFile(path.c_str());
     std::vector<QPDFPageObjectHelper> helpers = QPDFPageDocumentHelper(pdf).getAllPages();
-    if (helpers.empty() || helpers.size() > static_cast<std::size_t>(options.most_pages)) {
+    if (helpers.empty() || helpers.size() > static_cast<std::size_t>(options.max_pages)) {
       return Fail(
-          fmt::format("it has {} pages; 1 to {} are read", helpers.size(), options.most_pages));
+          fmt::format("it has {} pages; 1 to {} are read", helpers.size(), options.max_pages));
     }
     for (QPDFPageObjectHelper& helper : helpers) TRY(SendPage(helper, file_bytes, sender));
     return {};
@@ -407,7 +407,7 @@ Result<void> SendPages(const std::filesystem::path& path, std::uint64_t file_byt
     if (ran_out) {
       return Fail(fmt::format(
           "unpacking it takes more than {} MB, which no scan of {} bytes needs; scan to TIFF",
-          most_bytes >> 20U, file_bytes));
+          max_bytes >> 20U, file_bytes));
     }
     return Fail(
         fmt::format("the decoder rejects it ({}); copy it again, or scan to TIFF", failure.what()));

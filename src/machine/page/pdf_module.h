@@ -14,8 +14,8 @@ namespace trammel::machine {
 
 /// Header of a page, before the bytes of its picture.
 struct PdfPicture {
-  PageLayout layout;       ///< unpacked rows; undefined for a JPEG
-  double most_packed = 1;  ///< highest compression ratio of the packing
+  PageLayout layout;      ///< unpacked rows; undefined for a JPEG
+  double max_packed = 1;  ///< highest compression ratio of the packing
   bool jpeg = false;
   double width_pt = 0;    ///< drawn width, along its rows
   double height_pt = 0;   ///< and across
@@ -39,7 +39,7 @@ struct PdfModule {
   /// words for its owner.
   /// @param most_bytes  of memory, limited by the caller; for the message
   Result<void> (*send_pages)(const std::filesystem::path& path, std::uint64_t file_bytes,
-                             std::uint64_t most_bytes, const PageReadOptions& options,
+                             std::uint64_t max_bytes, const PageReadOptions& options,
                              const ChildSender& sender);
 };
 

@@ -22,7 +22,7 @@
 namespace trammel::machine {
 namespace {
 
-constexpr std::size_t kMostOptions = 500;  // real scanners have up to a hundred
+constexpr std::size_t kMaxOptions = 500;  // real scanners have up to a hundred
 
 struct Parsed {
   double value = 0;
@@ -87,7 +87,7 @@ std::string ScannerOption::Values() const {
 void ScannerOptions::Add(std::string_view line) {
   const std::size_t begin = line.find_first_not_of(' ');
   if (begin == std::string_view::npos || line[begin] != '-') return;
-  if (options_.size() == kMostOptions) return;
+  if (options_.size() == kMaxOptions) return;
   line.remove_prefix(begin);
   line.remove_prefix(std::min(line.find_first_not_of('-'), line.size()));
   ScannerOption option;
@@ -118,7 +118,7 @@ const ScannerOption* ScannerOptions::FindActive(std::string_view name) const {
 
 namespace {
 
-using Words = std::vector<std::string>;
+using Arguments = std::vector<std::string>;
 
 constexpr double kInch_mm = 25.4;
 
@@ -153,7 +153,7 @@ std::string_view RemedyFor(const std::string& said) {
 struct Run {
   std::string about;  ///< whom, for messages
   std::stop_token stop;
-  std::uint64_t most_bytes = 1 << 20;  ///< per output file
+  std::uint64_t max_bytes = 1 << 20;  ///< per output file
   std::function<void(std::string_view)> take_line = {};
   std::function<void(double)> progress = {};
 };
@@ -169,16 +169,16 @@ bool TakeProgress(std::string_view line, const Run& run) {
   return true;
 }
 
-Result<void> ScanImage(const ScanRequest& request, const Words& more, const Run& run) {
+Result<void> ScanImage(const ScanRequest& request, const Arguments& more, const Run& run) {
   if (access(request.program.c_str(), X_OK) != 0) {
     return Fail(fmt::format("there is no {}, which scans; install it: apt install sane-utils "
                             "(sane-airscan for network scanners)",
                             request.program),
                 ErrorKind::kMachine);
   }
-  Words words = {"/usr/bin/env", "LC_ALL=C", request.program};
+  Arguments words = {"/usr/bin/env", "LC_ALL=C", request.program};
   words.insert(words.end(), more.begin(), more.end());
-  auto process = TRY(CommandProcess::Start(words, run.most_bytes));
+  auto process = TRY(CommandProcess::Start(words, run.max_bytes));
   std::string said;  // its last output
   const CommandEnd end = process->Follow(
       [&](OutputStream stream, std::string_view line) {
@@ -214,12 +214,13 @@ Result<void> ScanImage(const ScanRequest& request, const Words& more, const Run&
                     run.about));
   }
   if (end.signal != 0) {
-    return Fail(fmt::format("{}: its driver crashed ({}): {}", run.about, end.Words(), kAnotherWay),
-                ErrorKind::kMachine);
+    return Fail(
+        fmt::format("{}: its driver crashed ({}): {}", run.about, end.Describe(), kAnotherWay),
+        ErrorKind::kMachine);
   }
   if (end.exit_code == 0) return {};
   return Fail(
-      fmt::format("{}: {} ({})", run.about, RemedyFor(said), said.empty() ? end.Words() : said),
+      fmt::format("{}: {} ({})", run.about, RemedyFor(said), said.empty() ? end.Describe() : said),
       ErrorKind::kMachine);
 }
 
@@ -255,7 +256,7 @@ Result<std::string> ModeOf(const ScannerOptions& options, bool color) {
 
 /// Adds the area to the words. @returns its size; absent if the scanner does not state it.
 Result<std::optional<ScanArea>> AddArea(const ScannerOptions& options,
-                                        const std::optional<ScanArea>& wanted, Words& words) {
+                                        const std::optional<ScanArea>& wanted, Arguments& words) {
   ScanArea area = wanted.value_or(ScanArea{});
   struct Side {
     const char* name;
@@ -286,7 +287,7 @@ Result<std::optional<ScanArea>> AddArea(const ScannerOptions& options,
 }
 
 Result<void> AddOwnOptions(const ScannerOptions& options, const ScanRequest& request,
-                           Words& words) {
+                           Arguments& words) {
   for (const auto& [name, value] : request.options) {
     const ScannerOption* option = options.Find(name);
     if (option == nullptr || name.size() < 2) {
@@ -302,7 +303,7 @@ Result<void> AddOwnOptions(const ScannerOptions& options, const ScanRequest& req
 }
 
 Result<void> AddSettings(const ScannerOptions& options, const ScanRequest& request,
-                         const PageReadOptions& limits, Words& words) {
+                         const PageReadOptions& limits, Arguments& words) {
   if (const auto* source = options.FindActive("source");
       source != nullptr && source->Takes(std::string_view("Flatbed"))) {
     words.push_back("--source=Flatbed");
@@ -412,8 +413,8 @@ Result<Page> ScanPage(const ScanRequest& request, const std::filesystem::path& t
   Run run{.about = fmt::format("scanner {}", device), .stop = stop};
   ScannerOptions options;
   run.take_line = [&](std::string_view line) { options.Add(line); };
-  const Words named = {fmt::format("--device-name={}", device)};
-  Words words = named;
+  const Arguments named = {fmt::format("--device-name={}", device)};
+  Arguments words = named;
   words.push_back("-A");
   TRY(ScanImage(request, words, run));
   auto file = files::NewFile::Create(to, files::IfThere::kRefuse);
@@ -427,7 +428,7 @@ Result<Page> ScanPage(const ScanRequest& request, const std::filesystem::path& t
   run.take_line = {};
   run.progress = progress;
   constexpr std::uint64_t kHeads = 1 << 20;  // headers of file and rows
-  run.most_bytes = 3 * static_cast<std::uint64_t>(limits.most_pixels) + kHeads;
+  run.max_bytes = 3 * static_cast<std::uint64_t>(limits.most_pixels) + kHeads;
   TRY(ScanImage(request, words, run));
   auto page = ReadBack(file->temporary_path(), request.dpi, limits);
   if (!page) return page;

@@ -19,8 +19,8 @@ using Bytes = std::span<const std::uint8_t>;
 
 constexpr std::int64_t kChunkHead = 8;
 constexpr std::int64_t kListHead = 12;
-constexpr std::int64_t kMostOfHead = 1 << 20;  // per stream's list, which takes some hundred bytes
-constexpr std::size_t kMostParts = 1'000'000;  // enough for 100,000 frames with sound
+constexpr std::int64_t kMaxOfHead = 1 << 20;  // per stream's list, which takes some hundred bytes
+constexpr std::size_t kMaxParts = 1'000'000;  // enough for 100,000 frames with sound
 
 std::uint32_t U32(Bytes bytes, std::size_t at) {
   return bytes[at] | bytes[at + 1] << 8U | bytes[at + 2] << 16U |
@@ -119,14 +119,14 @@ bool AviReader::FindStream() {
   int number = 0;
   for (at_ = kListHead; at_ < file_.size();) {
     const auto chunk = ChunkAt(at_);
-    if (!chunk || ++parts_ > kMostParts) return false;
+    if (!chunk || ++parts_ > kMaxParts) return false;
     if (chunk->list == "movi") break;
     if (chunk->list == "hdrl") {
       at_ += kListHead;
       continue;
     }
     if (chunk->list == "strl") {
-      const std::int64_t size = std::clamp<std::int64_t>(chunk->size - 4, 0, kMostOfHead);
+      const std::int64_t size = std::clamp<std::int64_t>(chunk->size - 4, 0, kMaxOfHead);
       TakeStream(BytesAt(at_ + kListHead, static_cast<std::size_t>(size)), number++);
     }
     at_ = chunk->end();
@@ -146,13 +146,13 @@ Result<bool> AviReader::HasWholeFrames() {
   return !header || header->format != ImageFormat::kJpeg || header->height_px >= stream_.height_px;
 }
 
-Result<AviReader> AviReader::Open(const std::filesystem::path& path, std::size_t most_bytes) {
+Result<AviReader> AviReader::Open(const std::filesystem::path& path, std::size_t max_bytes) {
   auto file = OpenFile::Open(path);
   if (!file) {
     return Fail(fmt::format("video '{}': {}", path.string(), file.error().message),
                 ErrorKind::kMeasurement);
   }
-  AviReader reader(path, most_bytes, std::move(*file));
+  AviReader reader(path, max_bytes, std::move(*file));
   if (reader.file_.size() == 0) {
     return reader.Broken("the file is empty (0 bytes); record the line again");
   }
@@ -166,7 +166,7 @@ Result<AviReader> AviReader::Open(const std::filesystem::path& path, std::size_t
 /// Returns the next chunk of the stream, empty or not; absent at the end.
 Result<std::optional<AviReader::Chunk>> AviReader::NextChunk() {
   for (;;) {
-    if (++parts_ > kMostParts) return Broken("it has more than a million parts; record it again");
+    if (++parts_ > kMaxParts) return Broken("it has more than a million parts; record it again");
     const auto chunk = ChunkAt(at_);
     const bool frame = chunk && (chunk->tag == fmt::format("{:02}dc", stream_.number) ||
                                  chunk->tag == fmt::format("{:02}db", stream_.number));
@@ -203,9 +203,9 @@ Result<bool> AviReader::Next(AviFrame& frame) {
     const auto size = static_cast<std::size_t>(chunk->size);
     if (size == 0) continue;  // the frame before is shown once more
     ++frames_;
-    if (size > most_bytes_) {
+    if (size > max_bytes_) {
       return Broken(fmt::format("frame {} has {} bytes, more than the {} that are read", frames_,
-                                size, most_bytes_));
+                                size, max_bytes_));
     }
     frame.time_s.reset();
     frame.bytes.resize(size);

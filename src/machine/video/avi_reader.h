@@ -30,7 +30,7 @@ class AviReader {
   /// Errors (kMeasurement), which name the file: missing, cut off, or a video of another kind; that
   /// one has the command that converts it.
   [[nodiscard]] static Result<AviReader> Open(const std::filesystem::path& path,
-                                              std::size_t most_bytes);
+                                              std::size_t max_bytes);
 
   /// Reads the next frame into reused memory; false after the last.
   /// Errors (kMeasurement): damage, a frame of more bytes, no frame at all, a million chunks.
@@ -58,8 +58,8 @@ class AviReader {
     [[nodiscard]] std::int64_t end() const { return at + 8 + size + size % 2; }
   };
 
-  AviReader(std::filesystem::path path, std::size_t most_bytes, OpenFile file)
-      : path_(std::move(path)), most_bytes_(most_bytes), file_(std::move(file)) {}
+  AviReader(std::filesystem::path path, std::size_t max_bytes, OpenFile file)
+      : path_(std::move(path)), max_bytes_(max_bytes), file_(std::move(file)) {}
 
   [[nodiscard]] tl::unexpected<Error> Broken(const std::string& what) const;
   [[nodiscard]] std::vector<std::uint8_t> BytesAt(std::int64_t at, std::size_t count) const;
@@ -71,7 +71,7 @@ class AviReader {
   [[nodiscard]] Result<std::optional<Chunk>> NextChunk();
 
   std::filesystem::path path_;
-  std::size_t most_bytes_;
+  std::size_t max_bytes_;
   OpenFile file_;
   Stream stream_;
   bool unfinished_ = false;  ///< true if the recorder was killed before writing sizes

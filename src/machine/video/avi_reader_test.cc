@@ -17,7 +17,7 @@ namespace {
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 
-constexpr std::size_t kMostBytes = 1 << 20;
+constexpr std::size_t kMaxBytes = 1 << 20;
 
 std::string Little(std::uint64_t value, int bytes = 4) {
   std::string text;
@@ -58,7 +58,7 @@ class AviReaderTest : public testing::Test {
   }
   /// Bytes of each frame, or the error in its place.
   std::vector<std::string> Read(const std::string& bytes) {
-    auto avi = AviReader::Open(Written(bytes), kMostBytes);
+    auto avi = AviReader::Open(Written(bytes), kMaxBytes);
     if (!avi) return {avi.error().message};
     std::vector<std::string> read;
     for (AviFrame frame;;) {
@@ -75,7 +75,7 @@ TEST_F(AviReaderTest, GivesTheFramesInOrderWithTheirTimes) {
   const std::string movie =
       Chunk("00dc", Jpeg(1)) + Chunk("00dc", "") + Chunk("JUNK", "xyz") + Chunk("00db", Jpeg(2));
   auto avi =
-      AviReader::Open(Written(Riff(Head("MJPG") + Chunk("LIST", "movi" + movie))), kMostBytes);
+      AviReader::Open(Written(Riff(Head("MJPG") + Chunk("LIST", "movi" + movie))), kMaxBytes);
   ASSERT_TRUE(avi);
   EXPECT_EQ(avi->width_px(), 64);
   EXPECT_EQ(avi->height_px(), 48);
@@ -138,7 +138,7 @@ TEST_F(AviReaderTest, SkipsIndicesAndCountsThatLie) {
 }
 
 TEST_F(AviReaderTest, RefusesAFrameOfMoreBytesThanAskedFor) {
-  const std::string movie = Chunk("00dc", Jpeg(1)) + Chunk("00dc", Jpeg(kMostBytes));
+  const std::string movie = Chunk("00dc", Jpeg(1)) + Chunk("00dc", Jpeg(kMaxBytes));
   const auto read = Read(Riff(Head("MJPG") + Chunk("LIST", "movi" + movie)));
   ASSERT_EQ(read.size(), 2U);
   EXPECT_THAT(read[1], HasSubstr("more than the 1048576 that are read"));
@@ -155,7 +155,7 @@ TEST_F(AviReaderTest, ReadsFramesBeyondThreeGigabytes) {
   const auto end = std::filesystem::file_size(path) + kHole;
   std::filesystem::resize_file(path, end);  // takes no room on the disk
   std::ofstream(path, std::ios::binary | std::ios::app) << last;
-  auto avi = AviReader::Open(path, kMostBytes);
+  auto avi = AviReader::Open(path, kMaxBytes);
   ASSERT_TRUE(avi);
   AviFrame frame;
   ASSERT_TRUE(avi->Next(frame));

@@ -51,8 +51,8 @@ Result<CutVideo> CutVideo::Write(const std::filesystem::path& video, const Video
                                  const std::stop_token& stop) {
   TRAMMEL_CHECK(cut.whole_every >= 1 && cut.frames_per_s > 0, "every {} frames, {} frames/s",
                 cut.whole_every, cut.frames_per_s);
-  constexpr std::size_t kMostBytes = std::size_t{3} * VideoLimits{}.max_pixels;
-  auto reader = TRY(AviReader::Open(video, kMostBytes));
+  constexpr std::size_t kMaxBytes = std::size_t{3} * VideoLimits{}.max_pixels;
+  auto reader = TRY(AviReader::Open(video, kMaxBytes));
   const image::AviForm form{reader.width_px(), reader.height_px(), cut.frames_per_s};
   if (form.width_px < 1 || form.width_px > 65535 || form.height_px < 1 || form.height_px > 65535) {
     return NotCut(video, fmt::format("its head states {}x{} px", form.width_px, form.height_px));

@@ -148,8 +148,8 @@ VideoFile& VideoFile::operator=(VideoFile&&) noexcept = default;
 VideoFile::~VideoFile() = default;
 
 Result<VideoFile> VideoFile::Open(const std::filesystem::path& path, const VideoLimits& limits) {
-  const std::size_t most_bytes = 3 * limits.max_pixels;  // per frame: as many as its pixels need
-  auto avi = TRY(AviReader::Open(path, most_bytes));
+  const std::size_t max_bytes = 3 * limits.max_pixels;  // per frame: as many as its pixels need
+  auto avi = TRY(AviReader::Open(path, max_bytes));
   return VideoFile(std::make_unique<State>(path, std::move(avi), limits));
 }
 

@@ -208,12 +208,12 @@ MatrixXd CovarianceOf(const NormalEquations& normal, const HeldUnknowns& held) {
 
 }  // namespace
 
-DescentEnd AdjustBoard(const BoardNetwork& network, const HeldUnknowns& held, int most_iterations,
+DescentEnd AdjustBoard(const BoardNetwork& network, const HeldUnknowns& held, int max_iterations,
                        BoardState& state) {
-  return Minimise(BoardModel{network, held}, {.most_iterations = most_iterations}, state);
+  return Minimise(BoardModel{network, held}, {.max_iterations = max_iterations}, state);
 }
 
-DescentEnd AdjustFirst(const HeldUnknowns& held, int most_iterations, BoardNetwork& network,
+DescentEnd AdjustFirst(const HeldUnknowns& held, int max_iterations, BoardNetwork& network,
                        BoardState& state) {
   std::vector<NetworkObservation*> hidden;
   for (NetworkObservation& observation : network.observations) {
@@ -221,12 +221,12 @@ DescentEnd AdjustFirst(const HeldUnknowns& held, int most_iterations, BoardNetwo
     observation.used = false;
     hidden.push_back(&observation);
   }
-  const DescentEnd end = AdjustBoard(network, held, most_iterations, state);
+  const DescentEnd end = AdjustBoard(network, held, max_iterations, state);
   if (hidden.empty()) return end;
   for (NetworkObservation* observation : hidden) {
     observation->used = ResidualOf(network, state, *observation).has_value();
   }
-  return AdjustBoard(network, held, most_iterations, state);
+  return AdjustBoard(network, held, max_iterations, state);
 }
 
 BoardPrecision PrecisionOf(const BoardNetwork& network, const BoardState& state,
@@ -270,7 +270,7 @@ constexpr Index kBoardMotion = 0;   // place, turn about the marks' middle
 constexpr Index kCameraMotion = 6;  // the same in the taper, about the camera's origin
 constexpr Index kLensMotion = 12;   // focal length, principal point
 constexpr Index kMotions = 15;
-constexpr double kLeastLeft = 1e-5;  // minimum share of a motion's information left by others
+constexpr double kMinLeft = 1e-5;  // minimum share of a motion's information left by others
 
 struct KindOf {
   BoardChangeKind kind;
@@ -374,7 +374,7 @@ std::vector<BoardChange> FindChanges(const BoardNetwork& network, const BoardSta
       const VectorXd right =
           -scale.cwiseProduct(VectorXd(gradient.segment(kind.first, kind.count)));
       for (Index i = 0; i < kind.count; ++i) {
-        if (!(eigen.values[i] > kLeastLeft)) continue;
+        if (!(eigen.values[i] > kMinLeft)) continue;
         const double share = eigen.vectors.col(i).dot(right);
         statistic += share * share / eigen.values[i];
         by += eigen.vectors.col(i) * (share / eigen.values[i]);

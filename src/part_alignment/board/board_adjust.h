@@ -19,11 +19,11 @@ using HeldUnknowns = std::vector<bool>;
 /// Minimises by Levenberg-Marquardt from `state`, which returns the least squares. The cost is
 /// infinite where the camera does not see a used observation.
 [[nodiscard]] DescentEnd AdjustBoard(const BoardNetwork& network, const HeldUnknowns& held,
-                                     int most_iterations, BoardState& state);
+                                     int max_iterations, BoardState& state);
 
 /// Minimises from a first guess with which the camera may not see all used observations.
 /// Observations join the network as soon as the camera sees them.
-[[nodiscard]] DescentEnd AdjustFirst(const HeldUnknowns& held, int most_iterations,
+[[nodiscard]] DescentEnd AdjustFirst(const HeldUnknowns& held, int max_iterations,
                                      BoardNetwork& network, BoardState& state);
 
 /// Check of one touched or stated coordinate against all other observations.

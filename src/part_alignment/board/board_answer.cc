@@ -110,7 +110,7 @@ SeenDisc SeenDiscOf(const BoardNetwork& network, const BoardState& state,
 // Explains why a mark's position is omitted: its code was misread in too many pictures.
 std::vector<std::string> DoubtsOfMarks(const BoardWork& work, const std::vector<int>& counts) {
   const BoardNetwork& network = work.pieces.network;
-  constexpr double kMostRejected = 0.25;  // a mark's own: few enough, and the rest holds its place
+  constexpr double kMaxRejected = 0.25;  // a mark's own: few enough, and the rest holds its place
   std::vector<int> rejected(network.marks, 0);
   for (std::size_t i = 0; i < work.rejected.size(); ++i) {
     if (work.rejected[i]) ++rejected[network.observations[i].point];
@@ -118,7 +118,7 @@ std::vector<std::string> DoubtsOfMarks(const BoardWork& work, const std::vector<
   std::vector<std::string> doubts(network.marks);
   for (std::size_t i = 0; i < network.marks; ++i) {
     const int all = counts[i] + rejected[i];
-    if (rejected[i] <= kMostRejected * all) continue;
+    if (rejected[i] <= kMaxRejected * all) continue;
     doubts[i] = fmt::format(
         "mark {} is not given: {} of the {} pictures that show it put it elsewhere; see that no "
         "other mark has its code",
@@ -307,11 +307,11 @@ void NameMachine(const BoardWork& work, BoardCalibration& result) {
 }
 
 // Checks for null directions without a substitute value.
-bool LacksPlace(BoardCalibration& result, double most_mm) {
+bool LacksPlace(BoardCalibration& result, double max_mm) {
   std::string open;
   for (const NullDirection& direction : result.null_directions) {
     const bool unknown = direction.taken_from.empty() ||
-                         (direction.unit == "mm" && direction.sigma.value_or(0) > most_mm);
+                         (direction.unit == "mm" && direction.sigma.value_or(0) > max_mm);
     if (!unknown) continue;
     open += fmt::format("{}{}, which {} would tell", open.empty() ? "" : "; and ", direction.what,
                         direction.closed_by);
@@ -323,7 +323,7 @@ bool LacksPlace(BoardCalibration& result, double most_mm) {
 }
 
 // Returns the machine axis along which the picture's columns run at the first angle.
-std::string ColumnsInWords(const Camera& camera, const Matrix3d& machine_from_taper) {
+std::string ColumnsText(const Camera& camera, const Matrix3d& machine_from_taper) {
   const Vector3d right =
       machine_from_taper * geometry::RotationFromAngles(camera.taper_from_camera.angles_rad).col(0);
   Index axis = 0;
@@ -456,23 +456,22 @@ void AnswerOf(const BoardWork& work, const BoardCalibrateOptions& options,
   NamePlace(work, result);
   NameMachine(work, result);
   const double focal = std::sqrt(result.covariance(0, 0)) / result.camera.focal_length_mm;
-  if (!(focal <= options.most_focal_uncertainty)) {
+  if (!(focal <= options.max_focal_uncertainty)) {
     result.verdict = Verdict::kCannotTell;
     result.reason = fmt::format(
         "the focal length is known only to {:.2g} of itself (k = 1, at most {:g}): the heights of "
         "the pictures span {:.3g} mm at distances of {:.0f} … {:.0f} mm; take some from heights of "
         "1 : 2 above the board",
-        focal, options.most_focal_uncertainty, work.depth_mm, result.nearest_mm,
-        result.farthest_mm);
+        focal, options.max_focal_uncertainty, work.depth_mm, result.nearest_mm, result.farthest_mm);
     return;
   }
-  if (LacksPlace(result, options.most_place_mm)) return;
+  if (LacksPlace(result, options.max_place_mm)) return;
   result.verdict = Verdict::kGood;
   result.notices.push_back(fmt::format(
       "the picture's columns run along {} of the machine at the first picture's angle; pictures do "
       "not tell a machine of which two axes have the wrong sign from a camera that is turned by "
       "half a turn: see that it is so",
-      ColumnsInWords(result.camera, network.machine_from_spindle)));
+      ColumnsText(result.camera, network.machine_from_spindle)));
   NoteCoverage(work, result);
   NoteSigmas(work, result);
 }

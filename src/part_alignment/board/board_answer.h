@@ -13,7 +13,7 @@ namespace trammel::part_alignment {
 struct BoardWork {
   const BoardMeasurement* measurement = nullptr;
   BoardPieces pieces = {};
-  PlaceTold told = {};
+  StatedPlace told = {};
   HeldUnknowns held = {};
   BoardState state = {};
   DescentEnd fit = {};

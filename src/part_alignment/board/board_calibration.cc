@@ -29,12 +29,12 @@ using Eigen::Matrix3d;
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-constexpr std::size_t kLeastViews = 8;
-constexpr std::size_t kLeastMarks = 6;
-constexpr double kMostWrong = 0.05;  // share of pictures or observations
+constexpr std::size_t kMinViews = 8;
+constexpr std::size_t kMinMarks = 6;
+constexpr double kMaxWrong = 0.05;  // share of pictures or observations
 constexpr int kIterations = 60;
 
-BoardCalibration& Say(Verdict verdict, std::string reason, BoardCalibration& result) {
+BoardCalibration& SetVerdict(Verdict verdict, std::string reason, BoardCalibration& result) {
   result.verdict = verdict;
   result.reason = std::move(reason);
   return result;
@@ -72,11 +72,11 @@ double PixelRoot(const BoardWork& work) {
 // Scales the sigmas of observations and of the machine to their scatter (Helmert's estimate).
 void FitSigmas(BoardWork& work) {
   BoardNetwork& network = work.pieces.network;
-  constexpr double kLeastFactor = 1;  // sigmas are at least the stated ones
+  constexpr double kMinFactor = 1;  // sigmas are at least the stated ones
   constexpr double kEnoughFreedom = 20;
   for (int round = 0; round < 4; ++round) {
     const double root = PixelRoot(work);
-    const double factor = std::max(kLeastFactor / work.pixel_factor, root);
+    const double factor = std::max(kMinFactor / work.pixel_factor, root);
     const bool placed = work.precision.place_redundancy > kEnoughFreedom;
     // Includes the ratio of Student's t standard deviation to the normal distribution's.
     const double freedom = work.precision.place_redundancy;
@@ -124,7 +124,7 @@ bool DropWrongObservations(double false_alarm, BoardWork& work, std::size_t& dro
   LeaveOutLonely(network);
   Adjust(work);
   return static_cast<double>(dropped) <=
-         kMostWrong * static_cast<double>(network.observations.size());
+         kMaxWrong * static_cast<double>(network.observations.size());
 }
 
 // Finds the picture whose place contradicts the others most; absent if none does.
@@ -169,7 +169,7 @@ void NoteUnused(const BoardNetwork& network, BoardCalibration& result) {
     view.used = network.stations[i].used;
     if (view.used) continue;
     if (view.reason.empty()) {
-      view.reason = fmt::format("shows fewer than {} marks that others show", kLeastMarksInView);
+      view.reason = fmt::format("shows fewer than {} marks that others show", kMinMarksInView);
       few.push_back(view.picture);
     } else if (view.observations == 0) {
       empty.push_back(view.picture);
@@ -184,7 +184,7 @@ void NoteUnused(const BoardNetwork& network, BoardCalibration& result) {
         fmt::format("{}{} {}", fmt::join(shown, ", "), names.size() > kShown ? ", …" : "", why));
   };
   say(empty, "left out: no mark is in it");
-  say(few, fmt::format("left out: fewer than {} marks that others show", kLeastMarksInView));
+  say(few, fmt::format("left out: fewer than {} marks that others show", kMinMarksInView));
 }
 
 constexpr const char* kHeightsAlike =
@@ -200,33 +200,37 @@ bool RefuseStart(const BoardStart& start, BoardCalibration& result) {
     case BoardStartFault::kNone:
       return false;
     case BoardStartFault::kFewPictures:
-      Say(Verdict::kCannotTell,
-          "fewer than 4 pictures at any one angle of the spindle: take 20 or more at each", result);
+      SetVerdict(Verdict::kCannotTell,
+                 "fewer than 4 pictures at any one angle of the spindle: take 20 or more at each",
+                 result);
       break;
     case BoardStartFault::kOneLine:
-      Say(Verdict::kCannotTell,
+      SetVerdict(
+          Verdict::kCannotTell,
           "the spindle moves along one line: focal length, place and angles of the camera cannot "
           "be told apart; move it along X, Y and Z",
           result);
       break;
     case BoardStartFault::kOneHeight:
     case BoardStartFault::kShallow:
-      Say(Verdict::kCannotTell, heights + kHeightsAlike, result);
+      SetVerdict(Verdict::kCannotTell, heights + kHeightsAlike, result);
       break;
     case BoardStartFault::kMirrored:
-      Say(Verdict::kRefused,
+      SetVerdict(
+          Verdict::kRefused,
           "the pictures are the mirror image of what a camera sees from these places: check the "
           "signs and the order of the table's axes, and looks_along",
           result);
       break;
     case BoardStartFault::kLooksAway:
-      Say(Verdict::kRefused,
-          "with these places the camera would look into the spindle: check the signs of the "
-          "table's axes, and spindle_rotation",
-          result);
+      SetVerdict(Verdict::kRefused,
+                 "with these places the camera would look into the spindle: check the signs of the "
+                 "table's axes, and spindle_rotation",
+                 result);
       break;
     case BoardStartFault::kNoCamera:
-      Say(Verdict::kRefused,
+      SetVerdict(
+          Verdict::kRefused,
           "no camera sees the board so from these places: the table of places does not belong to "
           "the pictures, or pictures of two cameras are mixed; check the order, units and signs of "
           "the table",
@@ -293,7 +297,7 @@ std::string LargestResiduals(const BoardMeasurement& measurement, const BoardWor
   return fmt::format("{}", fmt::join(named, ", "));
 }
 
-std::string KindInWords(BoardChangeKind kind) {
+std::string KindText(BoardChangeKind kind) {
   switch (kind) {
     case BoardChangeKind::kBoard:
       return "the board moved";
@@ -305,7 +309,7 @@ std::string KindInWords(BoardChangeKind kind) {
   return {};
 }
 
-std::string SizeInWords(const BoardChange& change, const Camera& camera) {
+std::string SizeText(const BoardChange& change, const Camera& camera) {
   if (change.kind == BoardChangeKind::kLens) {
     return fmt::format("focal length {:+.3g} %, principal point {:+.2f}, {:+.2f} px",
                        100 * change.by[0] / camera.focal_length_mm, change.by[1], change.by[2]);
@@ -315,17 +319,16 @@ std::string SizeInWords(const BoardChange& change, const Camera& camera) {
 }
 
 // Names the change that explains the misfit, and all others that explain it as well.
-std::string ChangeInWords(const BoardMeasurement& measurement, const Camera& camera,
-                          std::vector<BoardChange> changes) {
+std::string ChangeText(const BoardMeasurement& measurement, const Camera& camera,
+                       std::vector<BoardChange> changes) {
   std::sort(changes.begin(), changes.end(),
             [](const auto& a, const auto& b) { return a.statistic > b.statistic; });
   std::string words;
   for (const BoardChange& change : changes) {
     constexpr double kAsGood = 0.7;
     if (change.statistic < kAsGood * changes.front().statistic) continue;
-    words +=
-        fmt::format("{}{} before {} ({})", words.empty() ? "" : ", or ", KindInWords(change.kind),
-                    NameOf(measurement, change.first_after), SizeInWords(change, camera));
+    words += fmt::format("{}{} before {} ({})", words.empty() ? "" : ", or ", KindText(change.kind),
+                         NameOf(measurement, change.first_after), SizeText(change, camera));
   }
   return words;
 }
@@ -337,7 +340,7 @@ bool SplitsAt(const BoardMeasurement& measurement, std::size_t first_after, doub
   const auto cut = static_cast<long>(first_after);
   before.views.erase(before.views.begin() + cut, before.views.end());
   after.views.erase(after.views.begin(), after.views.begin() + cut);
-  if (before.views.size() < kLeastViews || after.views.size() < kLeastViews) return false;
+  if (before.views.size() < kMinViews || after.views.size() < kMinViews) return false;
   constexpr double kBetter = 1.7;
   return RootOf(before) < root / kBetter && RootOf(after) < root / kBetter;
 }
@@ -373,7 +376,7 @@ std::optional<std::string> PriorFault(const BoardWork& work) {
 
 // Reports a fit whose residuals are beyond reason, or that requires a machine beyond its stated
 // errors.
-void NameMisfit(const BoardMeasurement& measurement, double most_residual_sigma,
+void NameMisfit(const BoardMeasurement& measurement, double max_residual_sigma,
                 const BoardWork& work, BoardCalibration& result) {
   constexpr double kBeyond = 1e6;  // sigmas: there is no adjustment at all
   const double root = std::min(RootOf(measurement), kBeyond);
@@ -382,31 +385,33 @@ void NameMisfit(const BoardMeasurement& measurement, double most_residual_sigma,
       "in all): ",
       root);
   if (std::isfinite(work.fit.cost)) {
-    auto changes = FindChanges(work.pieces.network, work.state, work.precision, kLeastViews / 2);
+    auto changes = FindChanges(work.pieces.network, work.state, work.precision, kMinViews / 2);
     std::erase_if(changes, [&](const BoardChange& change) {
       return change.freedom == 0 || !SplitsAt(measurement, change.first_after, root);
     });
     if (!changes.empty()) {
-      Say(Verdict::kRefused,
-          head + ChangeInWords(measurement, work.state.camera, changes) +
-              "; take the pictures anew, with board, camera and focus at rest",
-          result);
+      SetVerdict(Verdict::kRefused,
+                 head + ChangeText(measurement, work.state.camera, changes) +
+                     "; take the pictures anew, with board, camera and focus at rest",
+                 result);
       return;
     }
     const auto fault = PriorFault(work);
-    if (fault && PixelRoot(work) * work.pixel_factor < most_residual_sigma) {
-      Say(Verdict::kRefused, head + *fault + "; state it larger if the machine is so", result);
+    if (fault && PixelRoot(work) * work.pixel_factor < max_residual_sigma) {
+      SetVerdict(Verdict::kRefused, head + *fault + "; state it larger if the machine is so",
+                 result);
       return;
     }
   }
   if (!(root < kBeyond) && work.shallow) {
-    Say(Verdict::kCannotTell, "the spindle's heights span little" + std::string(kHeightsAlike),
-        result);
+    SetVerdict(Verdict::kCannotTell,
+               "the spindle's heights span little" + std::string(kHeightsAlike), result);
     return;
   }
   const std::string largest =
       std::isfinite(work.fit.cost) ? LargestResiduals(measurement, work) : std::string();
-  Say(Verdict::kRefused,
+  SetVerdict(
+      Verdict::kRefused,
       head +
           (largest.empty() ? "" : fmt::format("the largest residuals are those of {}; ", largest)) +
           "the table does not belong to the pictures, pictures of two cameras are mixed, or "
@@ -421,11 +426,12 @@ bool NeedsMore(const BoardMeasurement& measurement, const BoardNetwork& network,
   for (const BoardNetwork::Station& station : network.stations) views += station.used ? 1 : 0;
   const std::vector<bool> seen = SeenMarks(network);
   const auto marks = static_cast<std::size_t>(std::count(seen.begin(), seen.end(), true));
-  if (views >= kLeastViews && marks >= kLeastMarks) return false;
-  Say(Verdict::kCannotTell,
+  if (views >= kMinViews && marks >= kMinMarks) return false;
+  SetVerdict(
+      Verdict::kCannotTell,
       fmt::format("{} of {} pictures show {} marks that others show as well; at least {} pictures "
                   "and {} marks are needed, and 40 and 20 are good",
-                  views, measurement.views.size(), marks, kLeastViews, kLeastMarks),
+                  views, measurement.views.size(), marks, kMinViews, kMinMarks),
       result);
   return true;
 }
@@ -445,8 +451,8 @@ bool LeaveOutWrong(const BoardMeasurement& measurement, const BoardCalibrateOpti
                    BoardWork& work, BoardCalibration& result) {
   std::size_t dropped = 0;
   std::size_t wrong_places = 0;
-  const auto most_places = static_cast<std::size_t>(
-      std::ceil(kMostWrong * static_cast<double>(measurement.views.size())));
+  const auto max_places = static_cast<std::size_t>(
+      std::ceil(kMaxWrong * static_cast<double>(measurement.views.size())));
   for (int round = 0; round < 100; ++round) {
     const std::size_t before = dropped;
     if (!DropWrongObservations(options.false_alarm, work, dropped) || !std::isfinite(work.fit.cost))
@@ -454,7 +460,7 @@ bool LeaveOutWrong(const BoardMeasurement& measurement, const BoardCalibrateOpti
     if (dropped > before) continue;
     const auto wrong = WrongPlace(work, options.false_alarm);
     if (!wrong) break;
-    if (++wrong_places > most_places) return false;
+    if (++wrong_places > max_places) return false;
     const Vector3d off = work.state.off_mm[*wrong];
     result.views[*wrong].reason =
         fmt::format("was taken {:.3f}, {:.3f}, {:.3f} mm beside its place in the table", off.x(),
@@ -482,8 +488,8 @@ bool Misfits(const BoardWork& work, const BoardCalibrateOptions& options) {
   if (!work.fit.converged || !std::isfinite(work.fit.cost)) return true;
   const double places =
       std::sqrt(work.precision.place_square / std::max(1.0, work.precision.place_redundancy));
-  constexpr double kMostPlaces = 25;  // times what is stated
-  return PixelRoot(work) > 4 * options.most_residual_sigma || places > kMostPlaces;
+  constexpr double kMaxPlaces = 25;  // times what is stated
+  return PixelRoot(work) > 4 * options.max_residual_sigma || places > kMaxPlaces;
 }
 
 // Adjusts with large machine uncertainty, so that a wrong row is distinct; then as stated, without
@@ -527,10 +533,11 @@ bool RefuseChange(const BoardMeasurement& measurement, const BoardCalibrateOptio
       }
     }
   }
-  const std::string words = ChangeInWords(measurement, work.state.camera, changes);
+  const std::string words = ChangeText(measurement, work.state.camera, changes);
   constexpr double kHarmless = 1;  // sigma of any parameter
   if (most > kHarmless) {
-    Say(Verdict::kRefused,
+    SetVerdict(
+        Verdict::kRefused,
         words +
             fmt::format(
                 ": the camera's parameters are off by up to {:.2g} of their sigmas by that; take "
@@ -553,10 +560,11 @@ bool RefuseStated(const BoardCalibrateOptions& options, BoardStated stated, Boar
   JoinStated(std::move(stated), network);
   work.told = ToldOf(network);
   work.held = HeldOf(network, work.told);
-  PlaceByTold(network, work.told, work.state);
+  PlaceByStated(network, work.told, work.state);
   Adjust(work);
   if (!work.fit.converged || !std::isfinite(work.fit.cost)) {
-    Say(Verdict::kRefused,
+    SetVerdict(
+        Verdict::kRefused,
         "pictures and touched marks do not fit one machine: check the touches' places and tool "
         "lengths, and the stated place of the camera",
         result);
@@ -568,7 +576,7 @@ bool RefuseStated(const BoardCalibrateOptions& options, BoardStated stated, Boar
     if (contradiction) *contradiction += "; state it larger if the machine is so";
   }
   if (!contradiction) return false;
-  Say(Verdict::kRefused, *contradiction, result);
+  SetVerdict(Verdict::kRefused, *contradiction, result);
   return true;
 }
 
@@ -593,7 +601,8 @@ Result<BoardCalibration> CalibrateByBoard(const BoardMeasurement& measurement,
   TRY(Validate(measurement, options));
   BoardCalibration result;
   NoteViews(measurement, result);
-  if (const auto fault = SizeFault(measurement)) return Say(Verdict::kRefused, *fault, result);
+  if (const auto fault = SizeFault(measurement))
+    return SetVerdict(Verdict::kRefused, *fault, result);
   BoardWork work;
   work.measurement = &measurement;
   work.pieces = PiecesOf(measurement);
@@ -625,7 +634,7 @@ Result<BoardCalibration> CalibrateByBoard(const BoardMeasurement& measurement,
     BoardWork tried = fresh;
     BoardCalibration notes = result;
     if (!SettleLoosely(measurement, options, tried, notes) || Misfits(tried, options)) {
-      NameMisfit(measurement, options.most_residual_sigma, work, result);
+      NameMisfit(measurement, options.max_residual_sigma, work, result);
       return result;
     }
     work = std::move(tried);
@@ -636,11 +645,11 @@ Result<BoardCalibration> CalibrateByBoard(const BoardMeasurement& measurement,
   FitSigmas(work);
   const bool few_wrong = LeaveOutWrong(measurement, options, work, result);
   if (few_wrong) FitSigmas(work);
-  constexpr double kMostRepeatability_mm = 0.06;  // table rounded to 0.2 mm
+  constexpr double kMaxRepeatability_mm = 0.06;  // table rounded to 0.2 mm
   if (!few_wrong || !work.fit.converged ||
-      work.pixel_factor * PixelRoot(work) > options.most_residual_sigma ||
-      work.pieces.network.machine.repeatability_mm > kMostRepeatability_mm || PriorFault(work)) {
-    NameMisfit(measurement, options.most_residual_sigma, work, result);
+      work.pixel_factor * PixelRoot(work) > options.max_residual_sigma ||
+      work.pieces.network.machine.repeatability_mm > kMaxRepeatability_mm || PriorFault(work)) {
+    NameMisfit(measurement, options.max_residual_sigma, work, result);
     return result;
   }
   if (RefuseStated(options, std::move(stated), work, result)) return result;
@@ -650,11 +659,12 @@ Result<BoardCalibration> CalibrateByBoard(const BoardMeasurement& measurement,
       work.precision.covariance.topLeftCorner<kCameraParameters, kCameraParameters>();
   result.check = CheckOf(measurement, work);
   if (!result.check.contradiction.empty()) {
-    return Say(Verdict::kCannotTell,
-               result.check.contradiction +
-                   "; see that no code is there twice, that board and marks lay still, and that "
-                   "the table belongs to the pictures",
-               result);
+    return SetVerdict(
+        Verdict::kCannotTell,
+        result.check.contradiction +
+            "; see that no code is there twice, that board and marks lay still, and that "
+            "the table belongs to the pictures",
+        result);
   }
   if (RefuseChange(measurement, options, work, result.covariance, result)) return result;
   result.unchecked = UncheckedPlace(work.pieces.network, work.told);

@@ -81,13 +81,13 @@ struct BoardMeasurement {
 struct BoardCalibrateOptions {
   /// Upper limit of the residuals' root mean square, in stated sigmas; beyond it the calibration is
   /// refused.
-  double most_residual_sigma = 5;
+  double max_residual_sigma = 5;
   /// Upper limit of the focal length's relative uncertainty, k = 1; beyond it the focal length is
   /// not determined.
-  double most_focal_uncertainty = 1e-3;
+  double max_focal_uncertainty = 1e-3;
   /// Upper limit of the uncertainty of the camera's place, k = 1; beyond it the place is not
   /// determined.
-  double most_place_mm = 1000;
+  double max_place_mm = 1000;
   /// Probability that one of the tests rejects sound data.
   double false_alarm = 1e-3;
 };

@@ -18,16 +18,16 @@ using Eigen::Vector3d;
 
 namespace {
 
-constexpr double kMostPlace_mm = 1e6;
-constexpr double kMostSigma_px = 1000;
+constexpr double kMaxPlace_mm = 1e6;
+constexpr double kMaxSigma_px = 1000;
 constexpr double kAxisTolerance = 1e-5;
 
 Result<void> CheckView(const BoardMeasurement& measurement, std::size_t index) {
   const BoardView& view = measurement.views[index];
   const std::string name = NameOf(measurement, index);
-  if (!view.spindle_mm.allFinite() || view.spindle_mm.cwiseAbs().maxCoeff() > kMostPlace_mm) {
+  if (!view.spindle_mm.allFinite() || view.spindle_mm.cwiseAbs().maxCoeff() > kMaxPlace_mm) {
     return Fail(
-        fmt::format("{}: spindle_mm must be three numbers within ±{:g} mm", name, kMostPlace_mm));
+        fmt::format("{}: spindle_mm must be three numbers within ±{:g} mm", name, kMaxPlace_mm));
   }
   const Matrix3d& r = view.spindle_rotation;
   if (!r.allFinite() || !((r.transpose() * r).isApprox(Matrix3d::Identity(), 1e-6)) ||
@@ -48,11 +48,11 @@ Result<void> CheckView(const BoardMeasurement& measurement, std::size_t index) {
   std::set<std::string> ids;
   for (const Observation& seen : view.observations) {
     if (!std::isfinite(seen.column_px) || !std::isfinite(seen.row_px) ||
-        !(seen.sigma_px > 0 && seen.sigma_px <= kMostSigma_px)) {
-      return Fail(fmt::format(
-          "{}: mark {} at column {}, row {}, sigma {} px: numbers must be "
-          "finite, sigma above 0 and at most {:g}",
-          name, seen.target, seen.column_px, seen.row_px, seen.sigma_px, kMostSigma_px));
+        !(seen.sigma_px > 0 && seen.sigma_px <= kMaxSigma_px)) {
+      return Fail(
+          fmt::format("{}: mark {} at column {}, row {}, sigma {} px: numbers must be "
+                      "finite, sigma above 0 and at most {:g}",
+                      name, seen.target, seen.column_px, seen.row_px, seen.sigma_px, kMaxSigma_px));
     }
     if (!ids.insert(seen.target).second) {
       return Fail(fmt::format("{}: mark {} is seen twice; leave one out", name, seen.target));
@@ -98,7 +98,7 @@ Result<void> CheckTouches(const BoardMeasurement& measurement) {
     }
     const bool sound = touch.spindle_mm.allFinite() && std::isfinite(touch.tool_length_mm) &&
                        std::abs(touch.tool_length_mm) <= 10'000 &&
-                       touch.spindle_mm.cwiseAbs().maxCoeff() <= kMostPlace_mm &&
+                       touch.spindle_mm.cwiseAbs().maxCoeff() <= kMaxPlace_mm &&
                        (touch.sigma_mm.array() > 0).all();
     if (!sound) {
       return Fail(
@@ -123,12 +123,12 @@ Result<void> Validate(const BoardMeasurement& measurement, const BoardCalibrateO
   frame.focal_length_mm = 1;
   if (const auto fault = FaultOf(frame)) return Fail("the camera: " + *fault);
   if (measurement.views.empty()) return Fail("there is no view");
-  constexpr std::size_t kMostViews = 2000;
-  if (measurement.views.size() > kMostViews) {
-    return Fail(fmt::format("{} views; at most {}", measurement.views.size(), kMostViews));
+  constexpr std::size_t kMaxViews = 2000;
+  if (measurement.views.size() > kMaxViews) {
+    return Fail(fmt::format("{} views; at most {}", measurement.views.size(), kMaxViews));
   }
-  if (!(options.most_residual_sigma > 0 && options.most_focal_uncertainty > 0 &&
-        options.most_place_mm > 0 && options.false_alarm > 0 && options.false_alarm < 1)) {
+  if (!(options.max_residual_sigma > 0 && options.max_focal_uncertainty > 0 &&
+        options.max_place_mm > 0 && options.false_alarm > 0 && options.false_alarm < 1)) {
     return Fail("the options' limits must be above 0, the false alarm's probability below 1");
   }
   TRY(CheckMachine(measurement));
@@ -137,9 +137,9 @@ Result<void> Validate(const BoardMeasurement& measurement, const BoardCalibrateO
     TRY(CheckView(measurement, i));
     for (const Observation& seen : measurement.views[i].observations) marks.insert(seen.target);
   }
-  constexpr std::size_t kMostMarks = 300;  // the adjustment is dense in them
-  if (marks.size() > kMostMarks) {
-    return Fail(fmt::format("{} marks; at most {}", marks.size(), kMostMarks));
+  constexpr std::size_t kMaxMarks = 300;  // the adjustment is dense in them
+  if (marks.size() > kMaxMarks) {
+    return Fail(fmt::format("{} marks; at most {}", marks.size(), kMaxMarks));
   }
   TRY(CheckTouches(measurement));
   if (measurement.place &&
@@ -195,7 +195,7 @@ BoardPieces PiecesOf(const BoardMeasurement& measurement) {
 }
 
 void LeaveOutLonely(BoardNetwork& network) {
-  constexpr int kLeastObservations = 3;
+  constexpr int kMinObservations = 3;
   bool changed = true;
   while (changed) {
     changed = false;
@@ -207,13 +207,13 @@ void LeaveOutLonely(BoardNetwork& network) {
       ++of_station[observation.station];
     }
     for (NetworkObservation& observation : network.observations) {
-      if (observation.used && of_mark[observation.point] < kLeastObservations) {
+      if (observation.used && of_mark[observation.point] < kMinObservations) {
         observation.used = false;
         changed = changed || of_mark[observation.point] > 0;
       }
     }
     for (std::size_t i = 0; i < network.stations.size(); ++i) {
-      if (!network.stations[i].used || of_station[i] >= kLeastMarksInView) continue;
+      if (!network.stations[i].used || of_station[i] >= kMinMarksInView) continue;
       network.stations[i].used = false;
       changed = true;
     }
@@ -240,8 +240,8 @@ void JoinStated(BoardStated stated, BoardNetwork& network) {
   network.place = std::move(stated.place);
 }
 
-PlaceTold ToldOf(const BoardNetwork& network) {
-  PlaceTold told;
+StatedPlace ToldOf(const BoardNetwork& network) {
+  StatedPlace told;
   constexpr double kTurned_rad = 0.02;  // the index error leaves nothing of less
   double first = 0;
   bool any = false;
@@ -272,7 +272,7 @@ PlaceTold ToldOf(const BoardNetwork& network) {
   return told;
 }
 
-HeldUnknowns HeldOf(const BoardNetwork& network, const PlaceTold& told) {
+HeldUnknowns HeldOf(const BoardNetwork& network, const StatedPlace& told) {
   HeldUnknowns held(static_cast<std::size_t>(SharedUnknowns(network)), false);
   held[7] = held[8] = !told.across();
   held[9] = !told.along();
@@ -282,7 +282,7 @@ HeldUnknowns HeldOf(const BoardNetwork& network, const PlaceTold& told) {
   return held;
 }
 
-void PlaceByTold(const BoardNetwork& network, const PlaceTold& told, BoardState& state) {
+void PlaceByStated(const BoardNetwork& network, const StatedPlace& told, BoardState& state) {
   const Matrix3d& turn = network.machine_from_spindle;
   Vector3d by = Vector3d::Zero();  // spindle frame
   Vector3d count = Vector3d::Zero();
@@ -349,7 +349,7 @@ std::optional<std::string> StatedContradiction(const BoardPieces& pieces,
                      NameOf(pieces, worst), NameOf(pieces, *tested[1]), by, size(&worst), kRemedy);
 }
 
-std::string UncheckedPlace(const BoardNetwork& network, const PlaceTold& told) {
+std::string UncheckedPlace(const BoardNetwork& network, const StatedPlace& told) {
   if (!told.touched_along || told.prior) return {};
   const auto& touches = network.touches;
   if (std::any_of(touches.begin(), touches.end(), [](const auto& of) { return of.other_tool; })) {

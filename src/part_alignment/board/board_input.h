@@ -32,7 +32,7 @@ struct BoardPieces {
 
 /// Drops marks of fewer than three used observations and stations of fewer than `kLeastMarks`,
 /// repeatedly until none is left.
-inline constexpr int kLeastMarksInView = 4;
+inline constexpr int kMinMarksInView = 4;
 void LeaveOutLonely(BoardNetwork& network);
 
 struct BoardStated {
@@ -46,7 +46,7 @@ struct BoardStated {
 void JoinStated(BoardStated stated, BoardNetwork& network);
 
 /// Sources that determine the camera's position.
-struct PlaceTold {
+struct StatedPlace {
   bool turned = false;  ///< the spindle, between pictures
   bool touched_along = false;
   bool touched_across = false;
@@ -54,14 +54,14 @@ struct PlaceTold {
   [[nodiscard]] bool along() const { return touched_along || prior; }
   [[nodiscard]] bool across() const { return turned || touched_across || prior; }
 };
-[[nodiscard]] PlaceTold ToldOf(const BoardNetwork& network);
+[[nodiscard]] StatedPlace ToldOf(const BoardNetwork& network);
 
 /// Finds the unknowns that neither pictures nor touches nor stated place determine.
-[[nodiscard]] HeldUnknowns HeldOf(const BoardNetwork& network, const PlaceTold& told);
+[[nodiscard]] HeldUnknowns HeldOf(const BoardNetwork& network, const StatedPlace& told);
 
 /// Moves camera and marks together to fit the touches or the camera's stated place. No picture
 /// shows this motion, and the adjustment would take many steps for it.
-void PlaceByTold(const BoardNetwork& network, const PlaceTold& told, BoardState& state);
+void PlaceByStated(const BoardNetwork& network, const StatedPlace& told, BoardState& state);
 
 /// Explains why touches and stated position contradict each other: tests each against all else
 /// (Baarda), then all together. Absent if chance explains it but for `false_alarm`.
@@ -70,6 +70,6 @@ void PlaceByTold(const BoardNetwork& network, const PlaceTold& told, BoardState&
                                                              double false_alarm);
 
 /// Names parts of the camera's position that nothing checks, for the answer's head; empty: none.
-[[nodiscard]] std::string UncheckedPlace(const BoardNetwork& network, const PlaceTold& told);
+[[nodiscard]] std::string UncheckedPlace(const BoardNetwork& network, const StatedPlace& told);
 
 }  // namespace trammel::part_alignment

@@ -24,10 +24,10 @@ using Eigen::Vector2d;
 using Eigen::Vector3d;
 
 constexpr int kHeights = 5;
-constexpr double kLeastRatio = 1.25;  // of distances: below it the focal length is uncertain
-constexpr double kLeastDisc_px = 6;   // radius: centres are within 1.3 of the bound from 5 px on
-constexpr int kLeastMarks = 6;        // per picture
-constexpr int kLeastPictures = 4;     // per spindle angle
+constexpr double kMinRatio = 1.25;  // of distances: below it the focal length is uncertain
+constexpr double kMinDisc_px = 6;   // radius: centres are within 1.3 of the bound from 5 px on
+constexpr int kMinMarks = 6;        // per picture
+constexpr int kMinPictures = 4;     // per spindle angle
 
 tl::unexpected<Error> Unsafe(std::string what) { return Fail(std::move(what), ErrorKind::kSafety); }
 
@@ -95,7 +95,7 @@ Result<Heights> HeightsOf(const BoardSketch& sketch, const Vector3d& start_mm,
       {(options.highest_mm - heights.low_mm) / d + 1,
        fmt::format("the highest Z that was given, {:.1f} mm,", options.highest_mm)}};
   if (sketch.disc_radius_px > 0) {
-    bounds.push_back({sketch.disc_radius_px / kLeastDisc_px,
+    bounds.push_back({sketch.disc_radius_px / kMinDisc_px,
                       fmt::format("the size of the discs, {:.0f} px in radius from here,",
                                   sketch.disc_radius_px)});
   }
@@ -106,12 +106,12 @@ Result<Heights> HeightsOf(const BoardSketch& sketch, const Vector3d& start_mm,
     ratio = bound.ratio;
     least = &bound;
   }
-  if (!(ratio >= kLeastRatio)) {
+  if (!(ratio >= kMinRatio)) {
     return Unsafe(fmt::format(
         "{} leaves distances of 1 : {:.2f} from the board, and at least 1 : {:g} tells the focal "
         "length: begin nearer to the board (it is {:.0f} mm away), raise what limits it, or print "
         "larger discs",
-        least->what, std::max(0.0, ratio), kLeastRatio, d));
+        least->what, std::max(0.0, ratio), kMinRatio, d));
   }
   if (least != nullptr) {
     notices.push_back(fmt::format("{} leaves distances of 1 : {:.2f} instead of 1 : {:g}",
@@ -145,14 +145,14 @@ Result<std::vector<Vector3d>> FirstBoardPoses(const Vector3d& start_mm, double f
   // The scale of a lens of usual width (25 to 100 degrees) then changes by 20 to 60 %, and the
   // board remains in view.
   constexpr double kUp = 0.25;
-  constexpr double kLeastUp = 0.1;
+  constexpr double kMinUp = 0.1;
   constexpr double kAside = 0.15;
   const double up_mm = std::min(kUp * field_mm, room.high_mm.z() - start_mm.z());
-  if (!(up_mm >= kLeastUp * field_mm)) {
+  if (!(up_mm >= kMinUp * field_mm)) {
     return Unsafe(fmt::format(
         "{} leaves {:.1f} mm above here, and the first pictures need {:.1f}: begin lower, or raise "
         "the limit",
-        Limit("upper", 2, room.high_mm.z()), std::max(0.0, up_mm), kLeastUp * field_mm));
+        Limit("upper", 2, room.high_mm.z()), std::max(0.0, up_mm), kMinUp * field_mm));
   }
   const double aside_mm = kAside * field_mm;
   Vector3d aside = Vector3d::Zero();
@@ -220,7 +220,7 @@ Result<BoardSketch> SketchBoard(const BoardMeasurement& first) {
 
 Result<BoardPoses> PlanBoardPoses(const BoardSketch& sketch, double turn_rad,
                                   const Vector3d& start_mm, const BoardPoseOptions& options) {
-  TRAMMEL_CHECK(options.pictures >= kLeastPictures && options.pictures <= 500, "pictures = {}",
+  TRAMMEL_CHECK(options.pictures >= kMinPictures && options.pictures <= 500, "pictures = {}",
                 options.pictures);
   BoardPoses poses;
   const auto heights = TRY(HeightsOf(sketch, start_mm, options, poses.notices));
@@ -243,14 +243,14 @@ Result<BoardPoses> PlanBoardPoses(const BoardSketch& sketch, double turn_rad,
     for (const double reach : kReaches) {
       const Vector2d pixel = half + reach * half.cwiseProduct(where);
       const auto place = PlaceFor(sketch, machine_from_camera, pixel, z_mm, options.room);
-      if (!place || MarksSeen(sketch, machine_from_camera, *place) < kLeastMarks) continue;
+      if (!place || MarksSeen(sketch, machine_from_camera, *place) < kMinMarks) continue;
       poses.spindle_mm.push_back(*place);
       break;
     }
   }
   const std::string limits = LimitsOf(poses.spindle_mm, options.room);
   const auto left = static_cast<int>(poses.spindle_mm.size());
-  if (left < std::max(kLeastPictures, options.pictures / 2)) {
+  if (left < std::max(kMinPictures, options.pictures / 2)) {
     return Unsafe(fmt::format(
         "the board is in view from {} of {} places within the machine's limits ({}): move it "
         "towards the middle of the machine",

@@ -27,7 +27,7 @@ using Matrix39d = Eigen::Matrix<double, 3, 9>;
 using Matrix9d = Eigen::Matrix<double, 9, 9>;
 
 constexpr double kSameTurn_rad = 1e-6;
-constexpr std::size_t kLeastPictures = 4;  // per angle
+constexpr std::size_t kMinPictures = 4;  // per angle
 
 // Returns the stations at the most frequent angle.
 std::vector<std::size_t> LargestGroup(const BoardNetwork& network) {
@@ -318,7 +318,7 @@ BoardStart StartBoard(const BoardNetwork& network) {
   start.state.off_mm.assign(network.stations.size(), Vector3d::Zero());
   start.placed.assign(network.marks, false);
   const std::vector<std::size_t> group = LargestGroup(network);
-  if (group.size() < kLeastPictures) {
+  if (group.size() < kMinPictures) {
     start.fault = BoardStartFault::kFewPictures;
     return start;
   }

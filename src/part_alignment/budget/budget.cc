@@ -80,9 +80,9 @@ void Simulate(const BudgetScene& scene, const BudgetTerms& terms, int trials, Ra
 }  // namespace
 
 Result<Budget> MakeBudget(const BudgetScene& scene, int trials, Random& random) {
-  constexpr int kMostTrials = 10'000'000;
-  if (trials < 0 || trials > kMostTrials) {
-    return Fail(fmt::format("{} trials; they must be 0 … {}", trials, kMostTrials));
+  constexpr int kMaxTrials = 10'000'000;
+  if (trials < 0 || trials > kMaxTrials) {
+    return Fail(fmt::format("{} trials; they must be 0 … {}", trials, kMaxTrials));
   }
   const auto terms = TRY(TermsOf(scene));
   Budget budget;
@@ -144,12 +144,11 @@ Result<LengthErrors> JudgeLengths(std::span<const MeasuredLength> lengths, doubl
   return errors;
 }
 
-Capability JudgeCapability(double expanded_mm, double lower_mm, double upper_mm,
-                           double most_ratio) {
-  TRAMMEL_CHECK(upper_mm > lower_mm && most_ratio > 0, "{} … {} mm, ratio {}", lower_mm, upper_mm,
-                most_ratio);
+Capability JudgeCapability(double expanded_mm, double lower_mm, double upper_mm, double max_ratio) {
+  TRAMMEL_CHECK(upper_mm > lower_mm && max_ratio > 0, "{} … {} mm, ratio {}", lower_mm, upper_mm,
+                max_ratio);
   const double ratio = expanded_mm / (upper_mm - lower_mm);
-  return {ratio, 2 * ratio, ratio <= most_ratio};
+  return {ratio, 2 * ratio, ratio <= max_ratio};
 }
 
 namespace {

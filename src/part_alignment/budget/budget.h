@@ -94,7 +94,7 @@ struct Capability {
 };
 /// REQUIRES upper_mm > lower_mm, most_ratio > 0.
 [[nodiscard]] Capability JudgeCapability(double expanded_mm, double lower_mm, double upper_mm,
-                                         double most_ratio = 0.2);
+                                         double max_ratio = 0.2);
 
 /// Small motion of the part: x y z in mm at its origin, rotations about its axes in rad.
 struct BudgetTerms {

@@ -25,8 +25,8 @@ using Eigen::Matrix2d;
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-constexpr std::size_t kLeastViews = 12;  // 24 equations for 13 numbers
-constexpr double kWrongSigma = 5;        // a view beyond it is taken for wrong
+constexpr std::size_t kMinViews = 12;  // 24 equations for 13 numbers
+constexpr double kWrongSigma = 5;      // a view beyond it is taken for wrong
 
 // View for the fit: a place in the taper frame and the whitener of its residual.
 struct Sample {
@@ -44,8 +44,8 @@ std::optional<std::string> FaultOfGrid(const GridMeasurement& grid) {
   Camera camera = grid.camera;
   camera.focal_length_mm = 1;  // is measured
   if (auto fault = FaultOf(camera)) return fault;
-  constexpr double kMostPlace_mm = 1e6;
-  const auto there = [](const auto& v) { return v.allFinite() && v.norm() < kMostPlace_mm; };
+  constexpr double kMaxPlace_mm = 1e6;
+  const auto there = [](const auto& v) { return v.allFinite() && v.norm() < kMaxPlace_mm; };
   const auto sigma = [](double s) { return s >= 0 && s < 1e3; };
   if (!there(grid.cmm_from_taper.translation_mm) || !grid.cmm_from_taper.angles_rad.allFinite()) {
     return "cmm_from_taper has a number that is not finite or too large";
@@ -133,7 +133,7 @@ bool DropWrongViews(const std::vector<Sample>& samples, Camera& camera,
                     std::vector<std::size_t>& used) {
   const std::size_t least =
       samples.size() -
-      static_cast<std::size_t>(std::ceil(kMostRejected * static_cast<double>(samples.size())));
+      static_cast<std::size_t>(std::ceil(kMaxRejected * static_cast<double>(samples.size())));
   while (true) {
     std::vector<double> errors;
     for (const std::size_t i : used) errors.push_back(WhitenedError(camera, samples[i]));
@@ -231,7 +231,7 @@ std::vector<HeldOutPlane> CrossValidate(const Camera& camera, const std::vector<
     std::copy_if(used.begin(), used.end(), std::back_inserter(rest), [&](std::size_t i) {
       return std::find(plane.begin(), plane.end(), i) == plane.end();
     });
-    if (rest.size() < kLeastViews) continue;
+    if (rest.size() < kMinViews) continue;
     const LeastSquaresFit fit = FitCamera(camera, samples, rest);
     if (!fit.converged) continue;
     const Camera other = WithParameters(camera, fit.x);
@@ -260,7 +260,7 @@ std::vector<HeldOutPlane> CrossValidate(const Camera& camera, const std::vector<
 }
 
 // Names the parameters that share the weakest direction.
-std::string WeakestWords(const Eigen::VectorXd& weakest) {
+std::string WeakestText(const Eigen::VectorXd& weakest) {
   constexpr double kShare = 0.3;
   std::string words;
   for (int i = 0; i < kCameraParameters; ++i) {
@@ -331,26 +331,28 @@ void NoteMisfit(CameraCalibration& result) {
   }
 }
 
-CameraCalibration Say(Verdict verdict, std::string reason) {
+CameraCalibration SetVerdict(Verdict verdict, std::string reason) {
   CameraCalibration result;
   result.verdict = verdict;
   result.reason = std::move(reason);
   return result;
 }
 
-CameraCalibration SayStartFault(const CameraStart& start) {
+CameraCalibration ReportStartFault(const CameraStart& start) {
   if (start.fault == StartFault::kFlat) {
-    return Say(Verdict::kCannotTell,
-               fmt::format("all places lie within {:.2g} mm of one plane: the focal length and the "
-                           "camera's distance (z_mm) cannot be told apart; add planes at other "
-                           "distances",
-                           start.flatness_mm));
+    return SetVerdict(
+        Verdict::kCannotTell,
+        fmt::format("all places lie within {:.2g} mm of one plane: the focal length and the "
+                    "camera's distance (z_mm) cannot be told apart; add planes at other "
+                    "distances",
+                    start.flatness_mm));
   }
   const bool plus = start.camera.looks_along == LooksAlong::kPlusZ;
-  return Say(Verdict::kRefused,
-             fmt::format("the pictures are the mirror image of what a camera that looks along {} "
-                         "sees: say looks_along \"{}\", or count rows from the other edge",
-                         plus ? "+z" : "-z", plus ? "-z" : "+z"));
+  return SetVerdict(
+      Verdict::kRefused,
+      fmt::format("the pictures are the mirror image of what a camera that looks along {} "
+                  "sees: say looks_along \"{}\", or count rows from the other edge",
+                  plus ? "+z" : "-z", plus ? "-z" : "+z"));
 }
 
 }  // namespace
@@ -374,10 +376,10 @@ std::optional<std::string> NoticeOfCoverage(const Camera& camera, const char* wh
 Result<CameraCalibration> CalibrateCamera(const GridMeasurement& grid,
                                           const CalibrateOptions& options) {
   if (const auto fault = FaultOfGrid(grid)) return Fail(*fault);
-  if (grid.views.size() < kLeastViews) {
-    return Say(Verdict::kCannotTell,
-               fmt::format("{} views; at least {} are needed, in several planes", grid.views.size(),
-                           kLeastViews));
+  if (grid.views.size() < kMinViews) {
+    return SetVerdict(Verdict::kCannotTell,
+                      fmt::format("{} views; at least {} are needed, in several planes",
+                                  grid.views.size(), kMinViews));
   }
   std::vector<Sample> samples = SamplesOf(grid);
   std::vector<Vector3d> places;
@@ -387,14 +389,14 @@ Result<CameraCalibration> CalibrateCamera(const GridMeasurement& grid,
     pixels.push_back(sample.pixel);
   }
   const CameraStart start = StartCamera(grid.camera, places, pixels);
-  if (start.fault != StartFault::kNone) return SayStartFault(start);
+  if (start.fault != StartFault::kNone) return ReportStartFault(start);
   std::vector<std::size_t> used(samples.size());
   std::iota(used.begin(), used.end(), std::size_t{0});
   LeastSquaresFit fit = FitCamera(start.camera, samples, used);
   if (!fit.converged) {
-    return Say(Verdict::kRefused,
-               "no camera of this model fits the views: check that pixels and places belong "
-               "together, the unit of the places, and the model's convention");
+    return SetVerdict(Verdict::kRefused,
+                      "no camera of this model fits the views: check that pixels and places belong "
+                      "together, the unit of the places, and the model's convention");
   }
   Camera camera = WithParameters(start.camera, fit.x);
   JoinPlaceUncertainty(camera, grid.position_sigma_mm, grid, samples);
@@ -408,22 +410,22 @@ Result<CameraCalibration> CalibrateCamera(const GridMeasurement& grid,
   result.scatter = inverse.covariance * (widened * widened);
   result.covariance = result.scatter + CovarianceOfSetUp(grid, result.camera);
   const double focal = std::sqrt(result.scatter(0, 0)) / result.camera.focal_length_mm;
-  if (!fit.converged || !few_wrong || result.residual_rms_sigma > options.most_residual_sigma) {
+  if (!fit.converged || !few_wrong || result.residual_rms_sigma > options.max_residual_sigma) {
     result.verdict = Verdict::kRefused;
     result.reason = fmt::format(
         "the views do not fit one camera: residuals are {:.3g} px, {:.1f} times the stated sigmas "
         "(at most {:g}){}; check places, pixels and the model's convention",
-        result.residual_rms_px, result.residual_rms_sigma, options.most_residual_sigma,
+        result.residual_rms_px, result.residual_rms_sigma, options.max_residual_sigma,
         few_wrong ? ""
-                  : fmt::format(", and more than {:.0f} % of them stand out", 100 * kMostRejected));
+                  : fmt::format(", and more than {:.0f} % of them stand out", 100 * kMaxRejected));
     return result;
   }
-  if (!(focal <= options.most_focal_uncertainty)) {
+  if (!(focal <= options.max_focal_uncertainty)) {
     result.verdict = Verdict::kCannotTell;
     result.reason = fmt::format(
         "the focal length is known only to {:.2g} of itself (k = 1, at most {:g}): {} cannot be "
         "told apart; add planes at other distances and places towards the picture's corners",
-        focal, options.most_focal_uncertainty, WeakestWords(inverse.weakest));
+        focal, options.max_focal_uncertainty, WeakestText(inverse.weakest));
     return result;
   }
   result.verdict = Verdict::kGood;

@@ -41,10 +41,10 @@ struct GridMeasurement {
 struct CalibrateOptions {
   /// Upper limit of the residuals' root mean square, in stated sigmas; beyond it the calibration is
   /// refused.
-  double most_residual_sigma = 3;
+  double max_residual_sigma = 3;
   /// Upper limit of the focal length's relative uncertainty, k = 1; beyond it the focal length is
   /// not determined.
-  double most_focal_uncertainty = 1e-3;
+  double max_focal_uncertainty = 1e-3;
 };
 
 /// Measured minus projected.

@@ -42,7 +42,7 @@ std::optional<std::chrono::sys_days> ParseDate(std::string_view text) {
 }  // namespace
 
 std::optional<std::string> NoticeOfAge(std::string_view date, std::string_view today,
-                                       int most_days) {
+                                       int max_days) {
   const auto then = ParseDate(date);
   const auto now = ParseDate(today);
   if (!then || !now) {
@@ -56,11 +56,11 @@ std::optional<std::string> NoticeOfAge(std::string_view date, std::string_view t
         "({}): check the date",
         date, today);
   }
-  if (days <= most_days) return std::nullopt;
+  if (days <= max_days) return std::nullopt;
   return fmt::format(
       "the camera was calibrated {} days ago ({}), at most {} are trusted: "
       "calibrate it again",
-      days, date, most_days);
+      days, date, max_days);
 }
 
 SensorUncertainty UncertaintyOverSensor(const Camera& camera, const CameraCovariance& covariance,

@@ -20,12 +20,12 @@ struct CalibrationRecord {
 
 /// Maximum age of a calibration: measuring instruments are commonly recalibrated after a year. A
 /// camera that was dropped, heated or refocused since does not report it.
-inline constexpr int kMostCalibrationAgeDays = 365;
+inline constexpr int kMaxCalibrationAgeDays = 365;
 
 /// Returns a notice if `date` is more than `most_days` before `today`, after it, or no date;
 /// otherwise absent. Dates are YYYY-MM-DD.
 [[nodiscard]] std::optional<std::string> NoticeOfAge(std::string_view date, std::string_view today,
-                                                     int most_days = kMostCalibrationAgeDays);
+                                                     int max_days = kMaxCalibrationAgeDays);
 
 /// Uncertainty of a predicted pixel over the sensor, for points at one distance.
 struct SensorUncertainty {

@@ -125,7 +125,7 @@ Result<void> CheckRange(std::string_view name, double value, double low, double 
 }  // namespace
 
 Result<void> Validate(const Camera& camera) {
-  constexpr double kMostPixels = 100000;
+  constexpr double kMaxPixels = 100000;
   constexpr double kFarthest_mm = 1e5;
   struct Field {
     std::string_view name;
@@ -136,8 +136,8 @@ Result<void> Validate(const Camera& camera) {
   // Ranges of real cameras: an error of unit is outside, an unusual camera is not.
   const geometry::Pose& taper = camera.taper_from_camera;
   const std::array fields{
-      Field{"image_px[0] (width)", double(camera.width_px), 2, kMostPixels},
-      Field{"image_px[1] (height)", double(camera.height_px), 2, kMostPixels},
+      Field{"image_px[0] (width)", double(camera.width_px), 2, kMaxPixels},
+      Field{"image_px[1] (height)", double(camera.height_px), 2, kMaxPixels},
       Field{"pixel_pitch_mm", camera.pixel_pitch_mm, 1e-5, 1},
       Field{"focal_length_mm", camera.focal_length_mm, 1e-2, 1e4},
       Field{"principal_point_offset_px[0]", camera.principal_point_offset_px.x(),
@@ -324,23 +324,23 @@ std::optional<ParameterProjection> ProjectFromTaper(const Camera& camera,
 }
 
 std::optional<std::string> FaultOf(const Camera& camera) {
-  constexpr int kLeastPx = 16;
-  constexpr int kMostPx = 100'000;
-  if (camera.width_px < kLeastPx || camera.width_px > kMostPx || camera.height_px < kLeastPx ||
-      camera.height_px > kMostPx) {
+  constexpr int kMinPx = 16;
+  constexpr int kMaxPx = 100'000;
+  if (camera.width_px < kMinPx || camera.width_px > kMaxPx || camera.height_px < kMinPx ||
+      camera.height_px > kMaxPx) {
     return fmt::format("the image is {} x {} px; it must be {} … {} px each way", camera.width_px,
-                       camera.height_px, kLeastPx, kMostPx);
+                       camera.height_px, kMinPx, kMaxPx);
   }
-  constexpr double kLeastPitch_mm = 1e-4;
-  constexpr double kMostPitch_mm = 1;
-  if (!(camera.pixel_pitch_mm >= kLeastPitch_mm && camera.pixel_pitch_mm <= kMostPitch_mm)) {
+  constexpr double kMinPitch_mm = 1e-4;
+  constexpr double kMaxPitch_mm = 1;
+  if (!(camera.pixel_pitch_mm >= kMinPitch_mm && camera.pixel_pitch_mm <= kMaxPitch_mm)) {
     return fmt::format("the pixel pitch is {} mm; it must be {} … {} mm", camera.pixel_pitch_mm,
-                       kLeastPitch_mm, kMostPitch_mm);
+                       kMinPitch_mm, kMaxPitch_mm);
   }
-  constexpr double kMostFocal_mm = 10'000;
-  if (!(camera.focal_length_mm > 0 && camera.focal_length_mm <= kMostFocal_mm)) {
+  constexpr double kMaxFocal_mm = 10'000;
+  if (!(camera.focal_length_mm > 0 && camera.focal_length_mm <= kMaxFocal_mm)) {
     return fmt::format("the focal length is {} mm; it must be above 0 and at most {} mm",
-                       camera.focal_length_mm, kMostFocal_mm);
+                       camera.focal_length_mm, kMaxFocal_mm);
   }
   const CameraVector parameters = ParametersOf(camera);
   for (int i = 0; i < kCameraParameters; ++i) {

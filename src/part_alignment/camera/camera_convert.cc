@@ -83,7 +83,7 @@ void MeasureErrors(const std::vector<MatchedDirection>& observations, ConvertedC
 // Fits the intrinsic parameters of `start` to `observations`.
 Result<ConvertedCamera> FitObservations(const Camera& start,
                                         const std::vector<MatchedDirection>& observations,
-                                        double most_error_px) {
+                                        double max_error_px) {
   Camera frame = start;  // the observations are in the camera's frame
   frame.taper_from_camera = {};
   const auto with = [&frame](const Eigen::VectorXd& intrinsics) {
@@ -112,13 +112,13 @@ Result<ConvertedCamera> FitObservations(const Camera& start,
   converted.camera = with(fit.x);
   converted.camera.taper_from_camera = start.taper_from_camera;
   MeasureErrors(observations, converted);
-  if (!(converted.largest_error_px <= most_error_px)) {
+  if (!(converted.largest_error_px <= max_error_px)) {
     return Fail(fmt::format(
         "the nearest camera of the wanted convention (two radial and two tangential coefficients) "
         "is off by up to {:.3g} px (root mean square {:.3g} px), accepted are {:g} px: calibrate "
         "in "
         "that convention, or accept more",
-        converted.largest_error_px, converted.rms_error_px, most_error_px));
+        converted.largest_error_px, converted.rms_error_px, max_error_px));
   }
   return converted;
 }
@@ -139,11 +139,11 @@ std::optional<std::string> FaultOfOpenCv(const OpenCvCamera& camera) {
   for (const auto& [name, value] : numbers) {
     if (!std::isfinite(value)) return fmt::format("{} is not a finite number", name);
   }
-  constexpr double kMostFocal_px = 1e7;
+  constexpr double kMaxFocal_px = 1e7;
   for (const auto& [name, value] : {numbers[0], numbers[1]}) {
-    if (!(value > 0 && value < kMostFocal_px)) {
+    if (!(value > 0 && value < kMaxFocal_px)) {
       return fmt::format("{} is {} px; it must be above 0 and below {} px", name, value,
-                         kMostFocal_px);
+                         kMaxFocal_px);
     }
   }
   return std::nullopt;
@@ -202,13 +202,13 @@ Result<ConvertedCamera> FromOpenCv(const OpenCvCamera& camera, double pixel_pitc
   if (const auto fault = FaultOf(plain)) return Fail(*fault);
   const double half_px = std::max(camera.width_px, camera.height_px) / 2.0;
   const double unequal_px = half_px * std::abs(camera.fx_px / camera.fy_px - 1) / 2;
-  if (!(unequal_px <= options.most_error_px)) {
+  if (!(unequal_px <= options.max_error_px)) {
     return Fail(fmt::format(
         "the pixels are not square: fx = {} px and fy = {} px differ by {:.3g} px at the picture's "
         "edge, accepted are {:g} px. This camera model has one focal length: calibrate with a "
         "fixed "
         "aspect ratio (OpenCV: CALIB_FIX_ASPECT_RATIO)",
-        camera.fx_px, camera.fy_px, unequal_px, options.most_error_px));
+        camera.fx_px, camera.fy_px, unequal_px, options.max_error_px));
   }
   std::vector<MatchedDirection> observations;
   for (const Vector2d& pixel : SensorPixels(camera.width_px, camera.height_px)) {
@@ -219,7 +219,7 @@ Result<ConvertedCamera> FromOpenCv(const OpenCvCamera& camera, double pixel_pitc
   const bool exact = camera.fx_px == camera.fy_px && camera.k3 == 0 && camera.k4 == 0 &&
                      camera.k5 == 0 && camera.k6 == 0 && options.convention == plain.convention;
   if (!exact)
-    return FitObservations(Turned(plain, options.convention), observations, options.most_error_px);
+    return FitObservations(Turned(plain, options.convention), observations, options.max_error_px);
   ConvertedCamera converted{plain};
   MeasureErrors(observations, converted);
   return converted;
@@ -234,7 +234,7 @@ Result<ConvertedCamera> ConvertConvention(const Camera& camera, const ConvertOpt
     if (!direction) return Folds(pixel);
     observations.push_back({*direction, pixel});
   }
-  return FitObservations(Turned(camera, options.convention), observations, options.most_error_px);
+  return FitObservations(Turned(camera, options.convention), observations, options.max_error_px);
 }
 
 Camera TableOneCamera() {

@@ -48,7 +48,7 @@ struct ConvertOptions {
   CameraConvention convention = CameraConvention::kBrownIdealToDistorted;
   /// Maximum accepted error, px. A hundredth of a pixel is 1 µm at 300 mm with 2800 px of focal
   /// length.
-  double most_error_px = 0.01;
+  double max_error_px = 0.01;
 };
 
 /// Converts an OpenCV camera: exactly if k3 … k6 are 0 and fx = fy, in OpenCV's own direction; else

@@ -67,7 +67,7 @@ TEST(CameraConvert, EightCoefficientsAreFittedAndTheErrorIsSaid) {
   const Seen apart[] = {{{120, -85, 610}, {932.749986675485, 150.225848725247}},
                         {{-190, 110, 433}, {29.379397006675, 711.045879481988}}};
   ConvertOptions options;
-  options.most_error_px = 0.02;
+  options.max_error_px = 0.02;
   const auto converted = FromOpenCv(camera, kPitch_mm, options);
   ASSERT_TRUE(converted) << converted.error().message;
   EXPECT_GT(converted->largest_error_px, 0);
@@ -86,7 +86,7 @@ TEST(CameraConvert, EightCoefficientsAreFittedAndTheErrorIsSaid) {
 TEST(CameraConvert, TheOtherDirectionIsFittedAndComesBack) {
   ConvertOptions options;
   options.convention = CameraConvention::kBrownIdealToDistorted;
-  options.most_error_px = 2;
+  options.max_error_px = 2;
   const Camera camera = TableOneCamera();
   const auto other = ConvertConvention(camera, options);
   ASSERT_TRUE(other) << other.error().message;

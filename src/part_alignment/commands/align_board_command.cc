@@ -20,7 +20,7 @@
 #include "app/output_files.h"
 #include "app/provenance.h"
 #include "app/secrets.h"
-#include "app/terminal_person.h"
+#include "app/terminal_operator.h"
 #include "base/result.h"
 #include "files/new_file.h"
 #include "files/whole_file.h"
@@ -251,7 +251,7 @@ Result<void> FillRoute(const BoardCommandArguments& arguments, const machine::Li
 }
 
 /// Prints notices of omitted options, on standard error.
-void TellWhatIsMissing(const BoardCommandArguments& arguments, const BoardMeasurement& board) {
+void PrintWhatIsMissing(const BoardCommandArguments& arguments, const BoardMeasurement& board) {
   const auto notice = [](const char* text) { fmt::print(stderr, "notice    {}\n", text); };
   if (arguments.pixel_pitch_mm == 0) {
     notice(
@@ -276,7 +276,7 @@ void TellWhatIsMissing(const BoardCommandArguments& arguments, const BoardMeasur
 constexpr const char* kMoveQuestion = "move";
 constexpr const char* kTurnQuestion = "turned";  // never answered beforehand
 constexpr const char* kSheetName = "sheet.json";
-constexpr std::size_t kMostSheetBytes = 20'000'000;
+constexpr std::size_t kMaxSheetBytes = 20'000'000;
 
 // Folder of a run: pictures, BOARD.json and observations, each file whole at any moment.
 class BoardFolder {
@@ -356,7 +356,7 @@ Result<std::unique_ptr<machine::FrameSource>> OpenSource(const BoardCommandArgum
 class BoardStand {
  public:
   BoardStand(const BoardCommandArguments& arguments, machine::LinuxCnc& linuxcnc,
-             machine::FrameSource& source, TerminalPerson& person, std::stop_token stop)
+             machine::FrameSource& source, TerminalOperator& person, std::stop_token stop)
       : arguments_(arguments),
         linuxcnc_(linuxcnc),
         pictures_(source, arguments.drive.settle_s),
@@ -411,12 +411,12 @@ class BoardStand {
   const BoardCommandArguments& arguments_;
   machine::LinuxCnc& linuxcnc_;
   procedure::StillPictures pictures_;
-  TerminalPerson& person_;
+  TerminalOperator& person_;
   std::stop_token stop_;
   double c_deg_ = 0;
 };
 
-Result<void> CheckPerson(const BoardCommandArguments& arguments, const TerminalPerson& person) {
+Result<void> CheckOperator(const BoardCommandArguments& arguments, const TerminalOperator& person) {
   TRY(person.CheckCanAnswer(kMoveQuestion));
   const machine::LinuxCncOptions& options = arguments.linuxcnc.options;
   if (!arguments.drive.half_turn || options.c_holds_spindle || person.present()) return {};
@@ -425,7 +425,7 @@ Result<void> CheckPerson(const BoardCommandArguments& arguments, const TerminalP
 }
 
 Result<BoardMeasurement> TakeBoard(BoardCommandArguments& arguments, const files::BoardFile& board,
-                                   TerminalPerson& person, BoardFolder& folder,
+                                   TerminalOperator& person, BoardFolder& folder,
                                    const std::stop_token& stop) {
   auto linuxcnc = TRY(ConnectLinuxCnc(arguments.linuxcnc, stop));
   const auto told = TRY(linuxcnc->Travel(stop));
@@ -441,19 +441,19 @@ Result<BoardMeasurement> TakeBoard(BoardCommandArguments& arguments, const files
 Result<int> RunBoard(BoardCommandArguments arguments) {
   const Interrupt interrupt;
   const std::stop_token stop = interrupt.token();
-  TerminalPerson person(stop, {arguments.yes.begin(), arguments.yes.end()});
-  TRY(CheckPerson(arguments, person));
+  TerminalOperator person(stop, {arguments.yes.begin(), arguments.yes.end()});
+  TRY(CheckOperator(arguments, person));
   auto board = TRY(BoardOf(arguments));
   if (!arguments.linuxcnc.options.c_holds_spindle) {
     constexpr double kByHand_rad = 0.03;  // 1.7 degrees, k = 1
     board.measurement.machine.index_rad = kByHand_rad;
   }
-  auto sheet = TRY(files::ReadWholeFile(arguments.sheet, kMostSheetBytes));
+  auto sheet = TRY(files::ReadWholeFile(arguments.sheet, kMaxSheetBytes));
   const auto place = TRY(NewFolder::Make(arguments.folder));
   BoardFolder folder(place.path(), board, std::move(sheet));
-  TellWhatIsMissing(arguments, board.measurement);
+  PrintWhatIsMissing(arguments, board.measurement);
   const auto taken = TakeBoard(arguments, board, person, folder, stop);
-  if (!taken) return tl::unexpected(folder.Stopped(procedure::NameStop(stop, taken.error())));
+  if (!taken) return tl::unexpected(folder.Stopped(procedure::NameStopReason(stop, taken.error())));
   BoardArguments calibrate;
   calibrate.board = folder.board_path().string();
   calibrate.observations = folder.seen_path().string();

@@ -135,7 +135,7 @@ struct CameraArguments {
   std::string out;
   std::string model = "brown_ideal_to_distorted";
   double pixel_pitch_mm = 0;
-  double most_error_px = 0.01;
+  double max_error_px = 0.01;
   bool force = false;
 };
 
@@ -164,7 +164,7 @@ Result<part_alignment::ConvertedCamera> Converted(
   options.convention = arguments.model == "brown_measured_to_ideal"
                            ? CameraConvention::kBrownMeasuredToIdeal
                            : CameraConvention::kBrownIdealToDistorted;
-  options.most_error_px = arguments.most_error_px;
+  options.max_error_px = arguments.max_error_px;
   if (arguments.file == "table1") {
     return part_alignment::ConvertConvention(part_alignment::TableOneCamera(), options);
   }
@@ -265,7 +265,7 @@ void AddAlignCameraCommand(CLI::App& parent, int& exit_code) {
       ->check(CLI::IsMember(
           std::vector<std::string>{"brown_ideal_to_distorted", "brown_measured_to_ideal"}))
       ->capture_default_str();
-  command->add_option("--most-error-px", arguments->most_error_px, "accepted over the sensor")
+  command->add_option("--most-error-px", arguments->max_error_px, "accepted over the sensor")
       ->check(CLI::PositiveNumber)
       ->capture_default_str();
   command->add_option("-o,--out", arguments->out, "file to write instead of standard output");

@@ -90,7 +90,7 @@ struct FitArguments {
   std::string part;
   std::string unit;
   std::optional<double> stock_allowance_mm;
-  double least_stock_allowance_mm = 0;
+  double min_stock_allowance_mm = 0;
   double target_thickness_mm = 0;
   double target_thickness_sigma_mm = 0;
   AnswerOptions answer;
@@ -108,7 +108,7 @@ Result<files::PartFile> PartOfCad(const FitArguments& arguments,
       false));
   files::PartFile part;
   part.notices = std::move(mesh.notices);
-  part.options.least_stock_allowance_mm = arguments.least_stock_allowance_mm;
+  part.options.min_stock_allowance_mm = arguments.min_stock_allowance_mm;
   part_alignment::IdealSurface surface;
   surface.id = std::filesystem::path(arguments.part).filename().string();
   surface.kind = part_alignment::SurfaceKind::kMesh;
@@ -180,7 +180,7 @@ void AddAlignFitCommand(CLI::App& parent, int& exit_code) {
                                                      std::end(files::kLengthUnitNames))));
   command->add_option("--overstock", arguments->stock_allowance_mm,
                       "stock allowance that is wanted on a STEP or an STL, mm");
-  command->add_option("--least-overstock", arguments->least_stock_allowance_mm,
+  command->add_option("--least-overstock", arguments->min_stock_allowance_mm,
                       "the same that every point must have, mm (default: 0)");
   command->add_option("--target-thickness", arguments->target_thickness_mm,
                       "of adhesive targets on the surfaces, mm: subtracted along the normal");

@@ -20,7 +20,7 @@
 #include "app/provenance.h"
 #include "app/secrets.h"
 #include "app/slow_work.h"
-#include "app/terminal_person.h"
+#include "app/terminal_operator.h"
 #include "base/check.h"
 #include "base/json_text.h"
 #include "files/new_file.h"
@@ -278,7 +278,7 @@ struct InitArguments {
   int joints = 0;  ///< 0: as many as the controller has; where it does not tell, 3, 4 with C
 };
 
-void Say(const std::string& text) {
+void PrintText(const std::string& text) {
   fmt::print(stderr, "{}", text);
   std::fflush(stderr);
 }
@@ -292,16 +292,17 @@ Result<std::optional<machine::LinuxCncFacts>> LookAtMachine(const std::string& a
   const auto options = TRY(ParseLinuxCnc(arguments));
   auto linuxcnc = TRY(machine::LinuxCnc::Connect(options, stop));
   auto facts = TRY(linuxcnc->Facts(stop));
-  Say(fmt::format("LinuxCNC: {}\n", procedure::FactsText(facts)));
+  PrintText(fmt::format("LinuxCNC: {}\n", procedure::FactsText(facts)));
   return std::optional(std::move(facts));
 }
 
 /// Prints the contradictions. @returns true if one forbids to continue.
-bool Tell(const std::vector<StartContradiction>& found) {
+bool PrintContradictions(const std::vector<StartContradiction>& found) {
   bool forbids = false;
   for (const StartContradiction& contradiction : found) {
-    Say(fmt::format("{}: {}: {}\n", contradiction.forbids ? "contradiction" : "before measuring",
-                    contradiction.what, contradiction.remedy));
+    PrintText(fmt::format("{}: {}: {}\n",
+                          contradiction.forbids ? "contradiction" : "before measuring",
+                          contradiction.what, contradiction.remedy));
     forbids = forbids || contradiction.forbids;
   }
   return forbids;
@@ -348,7 +349,8 @@ Result<std::string> ViewsText(const StartValues& values, files::AlignmentInput i
   for (const part_alignment::PlannedView& view : plan.views) {
     input.measurement.views.push_back({view.spindle_mm, view.spindle_rotation, {}});
   }
-  Say(fmt::format("{} views of {} targets\n", plan.views.size(), input.measurement.targets.size()));
+  PrintText(
+      fmt::format("{} views of {} targets\n", plan.views.size(), input.measurement.targets.size()));
   return files::AlignmentFileText(input);
 }
 
@@ -368,16 +370,17 @@ Result<void> CheckFree(const StartFiles& names) {
 }
 
 // Reports checks that do not need the machine.
-bool TellOfFiles(const files::AlignmentInput& input, const procedure::TargetIds& ids) {
+bool ReportInputFiles(const files::AlignmentInput& input, const procedure::TargetIds& ids) {
   if (input.calibration) {
     if (const auto notice = part_alignment::NoticeOfAge(input.calibration->date, Today())) {
-      Say(*notice + "\n");
+      PrintText(*notice + "\n");
     }
   } else {
-    Say("the camera's file has no calibration record: its uncertainty counts with its usual "
+    PrintText(
+        "the camera's file has no calibration record: its uncertainty counts with its usual "
         "size\n");
   }
-  return Tell(ids.contradictions);
+  return PrintContradictions(ids.contradictions);
 }
 
 Result<int> RunInit(InitArguments arguments) {
@@ -385,23 +388,23 @@ Result<int> RunInit(InitArguments arguments) {
   const std::stop_token stop = interrupt.token();
   const StartFiles names(arguments.folder);
   TRY(CheckFree(names));
-  TerminalPerson terminal(stop, {});
-  procedure::Person* person = terminal.present() ? &terminal : nullptr;
+  TerminalOperator terminal(stop, {});
+  procedure::Operator* person = terminal.present() ? &terminal : nullptr;
   StartAnswers& answers = arguments.answers;
-  TRY(procedure::AnswerQuestions(MachineQuestions(), person, Say, answers));
+  TRY(procedure::AnswerQuestions(MachineQuestions(), person, PrintText, answers));
   const auto facts = TRY(LookAtMachine(answers["machine"], arguments.joints, stop));
-  TRY(procedure::AnswerQuestions(JobQuestions(facts, answers), person, Say, answers));
+  TRY(procedure::AnswerQuestions(JobQuestions(facts, answers), person, PrintText, answers));
   StartValues values = ValuesOf(answers, facts, arguments.joints);
   values.bits = arguments.bits;
   const procedure::StartRequest request{values.c_holds_spindle, values.travel, values.safe_z_mm};
-  bool forbidden = Tell(procedure::CheckRequest(request));
-  if (facts) forbidden = Tell(procedure::CheckMachine(*facts, request)) || forbidden;
+  bool forbidden = PrintContradictions(procedure::CheckRequest(request));
+  if (facts) forbidden = PrintContradictions(procedure::CheckMachine(*facts, request)) || forbidden;
   TRY(MakeFolder(arguments.folder));
   auto begun = TRY(BeginSettings(names, values));
   const auto book = TRY(part_alignment::MakeCodeBook(values.bits));
   const auto ids = procedure::CheckIds(begun.input.measurement.targets, book);
   values.id_prefix = ids.prefix;
-  forbidden = TellOfFiles(begun.input, ids) || forbidden;
+  forbidden = ReportInputFiles(begun.input, ids) || forbidden;
   if (forbidden) {
     return Fail(
         "nothing is written while the answers contradict the "

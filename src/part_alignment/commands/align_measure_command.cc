@@ -81,7 +81,8 @@ Result<int> Finish(const MeasureArguments& arguments, files::AlignmentInput inpu
   if (!arguments.json) {
     fmt::print(stderr, "report     {}\n", record.folder().string());
     if (output.alignment.verdict == Verdict::kGood) {
-      SayNext("next", "trammel align correct " + ShellQuoted(record.folder().string()), 11, stderr);
+      PrintWrapped("next", "trammel align correct " + ShellQuoted(record.folder().string()), 11,
+                   stderr);
     }
   }
   if (!written) return tl::unexpected(written.error());
@@ -118,7 +119,7 @@ Result<int> RunMeasure(MeasureArguments arguments) {
   camera.height_px = plan.measurement.camera.height_px;
   const auto address = TRY(CameraAddressOf("--source", arguments.source));
   const auto source = machine::OpenCamera(address, camera, stop);
-  if (!source) return tl::unexpected(procedure::NameStop(stop, source.error()));
+  if (!source) return tl::unexpected(procedure::NameStopReason(stop, source.error()));
   procedure::StillPictures pictures(**source, arguments.settle_s);
   procedure::MeasurementHooks shop;
   shop.take_picture = [&] { return pictures.Take(stop); };
@@ -132,7 +133,7 @@ Result<int> RunMeasure(MeasureArguments arguments) {
   std::unique_ptr<machine::LinuxCnc> linuxcnc;
   if (!arguments.linuxcnc.address.empty()) {
     auto connected = ConnectLinuxCnc(arguments.linuxcnc, stop);
-    if (!connected) return tl::unexpected(procedure::NameStop(stop, connected.error()));
+    if (!connected) return tl::unexpected(procedure::NameStopReason(stop, connected.error()));
     linuxcnc = std::move(*connected);
     shop.move_to = [&](const Eigen::Vector3d& mm) {
       return linuxcnc->MoveTo(mm, arguments.feed_mm_min, stop);
@@ -144,7 +145,7 @@ Result<int> RunMeasure(MeasureArguments arguments) {
   }
   auto outcome = procedure::MeasurePart(plan.measurement, arguments.options, shop);
   if (!outcome) {
-    return tl::unexpected(record.Stopped(procedure::NameStop(stop, outcome.error()), {}));
+    return tl::unexpected(record.Stopped(procedure::NameStopReason(stop, outcome.error()), {}));
   }
   if (linuxcnc && arguments.options.route.obstacles.empty()) {
     outcome->notices.push_back(

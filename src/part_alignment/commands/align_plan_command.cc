@@ -38,8 +38,8 @@ struct PlanArguments {
 };
 
 // Prints what the operator must know before driving.
-void Tell(const ViewPlan& plan) {
-  fmt::print(stderr, "verdict    {}\n", VerdictWords(plan.verdict));
+void PrintPlan(const ViewPlan& plan) {
+  fmt::print(stderr, "verdict    {}\n", VerdictText(plan.verdict));
   if (!plan.reason.empty()) fmt::print(stderr, "reason     {}\n", plan.reason);
   int number = 1;
   for (const part_alignment::PlannedView& view : plan.views) {
@@ -75,7 +75,7 @@ Result<int> RunPlan(PlanArguments arguments) {
   for (const part_alignment::PlannedView& view : plan.views) {
     input.measurement.views.push_back({view.spindle_mm, view.spindle_rotation, {}});
   }
-  Tell(plan);
+  PrintPlan(plan);
   // An insufficient plan is not written, as measure would drive through it.
   if (plan.verdict != Verdict::kGood) {
     fmt::print(stderr, "trammel: no plan is written: {}\n", plan.reason);
@@ -87,9 +87,9 @@ Result<int> RunPlan(PlanArguments arguments) {
     return kExitGood;
   }
   TRY(files::WriteWholeFile(arguments.out, text, files::ReplaceIf(arguments.force)));
-  SayNext("next",
-          fmt::format("trammel align measure {} --source CAMERA", ShellQuoted(arguments.out)), 11,
-          stderr);
+  PrintWrapped("next",
+               fmt::format("trammel align measure {} --source CAMERA", ShellQuoted(arguments.out)),
+               11, stderr);
   return kExitGood;
 }
 
@@ -123,7 +123,7 @@ void AddAlignPlanCommand(CLI::App& parent, int& exit_code) {
   AddNumber(*command, "--clearance", options.clearance_mm,
             "kept between camera and obstacles, mm: for how roughly the place is known", 0.0,
             1000.0);
-  command->add_option("--most-views", options.most_views)
+  command->add_option("--most-views", options.max_views)
       ->check(CLI::Range(1, 200))
       ->capture_default_str();
   command->add_option("-o,--out", arguments->out, "a file for align measure; else standard output");

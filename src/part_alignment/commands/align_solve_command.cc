@@ -122,10 +122,11 @@ Result<int> RunSolve(const SolveArguments& arguments) {
                  arguments.out.empty() ? arguments.result : arguments.out);
   if (!written) return tl::unexpected(written.error());
   if (!arguments.json && output.alignment.verdict == Verdict::kGood) {
-    SayNext("next",
-            arguments.result.empty() ? "with --result FILE: trammel align correct FILE"
-                                     : "trammel align correct " + ShellQuoted(arguments.result),
-            11, stderr);
+    PrintWrapped("next",
+                 arguments.result.empty()
+                     ? "with --result FILE: trammel align correct FILE"
+                     : "trammel align correct " + ShellQuoted(arguments.result),
+                 11, stderr);
   }
   return output.alignment.verdict == Verdict::kGood ? kExitGood : kExitNotTrusted;
 }

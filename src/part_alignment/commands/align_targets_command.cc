@@ -101,7 +101,7 @@ Result<std::vector<OutputFile>> DrawFiles(const AlignTargetsArguments& arguments
   return files;
 }
 
-void TellWhatIsPrinted(const TargetSheet& sheet) {
+void PrintSheetSummary(const TargetSheet& sheet) {
   const SheetRequest& request = sheet.request;
   const std::string pages = fmt::format("on {} page{}", sheet.pages, sheet.pages == 1 ? "" : "s");
   fmt::print("targets    {} coded with {} bits, {} plain, {}\n", request.count, request.bits,
@@ -116,7 +116,7 @@ Result<int> RunAlignTargets(AlignTargetsArguments arguments) {
   const auto files = TRY(DrawFiles(arguments, sheet));
   TRY(WriteOutputs(files, arguments.force));
   for (const OutputFile& file : files) fmt::print("wrote      {}\n", file.path.string());
-  TellWhatIsPrinted(sheet);
+  PrintSheetSummary(sheet);
   return kExitGood;
 }
 

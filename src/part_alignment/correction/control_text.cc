@@ -35,10 +35,10 @@ std::string Signed(const std::string& number) {
 
 // Parses the number behind `prefix`; absent if there is more text.
 std::optional<int> NumberBehind(const std::string& text, const std::string& prefix) {
-  constexpr std::size_t kMostDigits = 4;
+  constexpr std::size_t kMaxDigits = 4;
   if (!text.starts_with(prefix)) return std::nullopt;
   const std::string digits = text.substr(prefix.size());
-  if (digits.empty() || digits.size() > kMostDigits ||
+  if (digits.empty() || digits.size() > kMaxDigits ||
       digits.find_first_not_of("0123456789") != std::string::npos) {
     return std::nullopt;
   }

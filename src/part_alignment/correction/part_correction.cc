@@ -83,7 +83,7 @@ SupportRows RowsOf(const std::vector<Support>& supports, const std::vector<Vecto
 
 // Moves the part until every support's point has moved by its shim along the support's direction.
 Result<void> ApplyShims(const std::vector<Support>& supports, FixtureCorrection& correction) {
-  constexpr int kMostSteps = 50;
+  constexpr int kMaxSteps = 50;
   constexpr double kSettled_mm = 1e-10;
   std::vector<Vector3d> before;
   for (const Support& support : supports) {
@@ -92,7 +92,7 @@ Result<void> ApplyShims(const std::vector<Support>& supports, FixtureCorrection&
   Matrix3d rotation = geometry::RotationFromAngles(correction.machine_from_part.angles_rad);
   Vector3d translation_mm = correction.machine_from_part.translation_mm;
   Eigen::VectorXd missing_mm(static_cast<Eigen::Index>(supports.size()));
-  for (int step = 0; step < kMostSteps; ++step) {
+  for (int step = 0; step < kMaxSteps; ++step) {
     std::vector<Vector3d> places;
     Vector3d centre = Vector3d::Zero();
     for (const Support& support : supports) {

@@ -21,11 +21,11 @@ using part_alignment::PartTarget;
 using part_alignment::Unknowns;
 using part_alignment::View;
 
-constexpr std::size_t kMostBytes = 100'000'000;
-constexpr std::size_t kMostTargets = 10'000;  // seen in a view
-constexpr std::size_t kMostViews = 10'000;
-constexpr double kMostPlace_mm = 1e6;
-constexpr double kMostSigma_px = 1e3;
+constexpr std::size_t kMaxBytes = 100'000'000;
+constexpr std::size_t kMaxTargets = 10'000;  // seen in a view
+constexpr std::size_t kMaxViews = 10'000;
+constexpr double kMaxPlace_mm = 1e6;
+constexpr double kMaxSigma_px = 1e3;
 constexpr std::size_t kLongestName = 1000;  // of a picture's name
 
 struct NamedUnknown {
@@ -95,7 +95,7 @@ void ReadObservation(JsonObject& object, const Camera& camera, const std::set<st
   // The first pixel's centre is (0, 0), so the picture begins half a pixel before it.
   seen.column_px = object.Number("column_px", {-0.5, camera.width_px - 0.5});
   seen.row_px = object.Number("row_px", {-0.5, camera.height_px - 0.5});
-  seen.sigma_px = object.Number("sigma_px", {1e-9, kMostSigma_px});
+  seen.sigma_px = object.Number("sigma_px", {1e-9, kMaxSigma_px});
   if (object.failed()) return;
   if (!known.contains(seen.target)) {
     object.Fault("target", fmt::format("is {}, which is none of the targets", seen.target));
@@ -124,16 +124,16 @@ Result<void> ReadViews(JsonObject& root, std::size_t least, AlignmentInput& inpu
   std::set<std::string> known;
   for (const PartTarget& target : input.measurement.targets) known.insert(target.id);
   if (least == 0 && !root.has("views")) return {};
-  for (const nlohmann::json& entry : root.List("views", least, kMostViews)) {
+  for (const nlohmann::json& entry : root.List("views", least, kMaxViews)) {
     auto& views = input.measurement.views;
     const std::string at = fmt::format("views[{}]", views.size());
     JsonObject object = root.Inner(entry, at);
     View view;
-    const auto mm = object.Numbers("spindle_mm", 3, 3, {-kMostPlace_mm, kMostPlace_mm});
+    const auto mm = object.Numbers("spindle_mm", 3, 3, {-kMaxPlace_mm, kMaxPlace_mm});
     view.spindle_rotation = ReadRotation(object, "spindle_rotation");
     input.pictures.push_back(ReadPictureName(object));
     static const nlohmann::json kNone = nlohmann::json::array();
-    const nlohmann::json* seen_here = object.OptionalList("observations", 0, kMostTargets);
+    const nlohmann::json* seen_here = object.OptionalList("observations", 0, kMaxTargets);
     TRY(object.Finish());
     view.spindle_mm = {mm[0], mm[1], mm[2]};
     for (const nlohmann::json& seen : seen_here != nullptr ? *seen_here : kNone) {
@@ -264,9 +264,8 @@ std::vector<std::string> NamesOf(const Unknowns& unknowns) {
   return names;
 }
 
-Result<AlignmentInput> ReadAlignmentFile(const std::filesystem::path& path,
-                                         std::size_t least_views) {
-  const auto json = TRY(ReadJsonFile(path, kMostBytes));
+Result<AlignmentInput> ReadAlignmentFile(const std::filesystem::path& path, std::size_t min_views) {
+  const auto json = TRY(ReadJsonFile(path, kMaxBytes));
   JsonObject root(json, path.string());
   AlignmentInput input;
   root.Integer("format", {1, 1});
@@ -275,7 +274,7 @@ Result<AlignmentInput> ReadAlignmentFile(const std::filesystem::path& path,
   TargetList targets;
   TRY(ReadTargets(root, path, targets));
   input.measurement.targets = targets.targets;
-  TRY(ReadViews(root, least_views, input));
+  TRY(ReadViews(root, min_views, input));
   DropBarEnds(ObservedIn(input.measurement.views), targets);
   input.measurement.targets = std::move(targets.targets);
   input.target_covariance = std::move(targets.covariance);

@@ -39,7 +39,7 @@ struct AlignmentInput {
 /// outside the picture, an invalid spindle rotation.
 /// @param least_views  0 where the views are yet to be planned
 [[nodiscard]] Result<AlignmentInput> ReadAlignmentFile(const std::filesystem::path& path,
-                                                       std::size_t least_views = 1);
+                                                       std::size_t min_views = 1);
 
 /// Writes an alignment file as text, with the camera in it; ReadAlignmentFile reads every number
 /// back to the last bit.

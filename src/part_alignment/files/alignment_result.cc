@@ -15,7 +15,7 @@ namespace {
 
 using nlohmann::json;
 
-constexpr std::size_t kMostBytes = 100'000'000;
+constexpr std::size_t kMaxBytes = 100'000'000;
 constexpr double kMost_mm = 1e6;
 constexpr double kMost_rad = 2 * std::numbers::pi;
 
@@ -121,7 +121,7 @@ Result<AlignmentResult> FromPrinted(JsonObject& root, const std::string& file) {
 Result<AlignmentResult> ReadAlignmentResult(const std::filesystem::path& path) {
   std::error_code ignored;
   if (std::filesystem::is_directory(path, ignored)) return ReadAlignmentResult(path / kResultFile);
-  const auto parsed = TRY(ReadJsonFile(path, kMostBytes));
+  const auto parsed = TRY(ReadJsonFile(path, kMaxBytes));
   JsonObject root(parsed, path.string());
   if (!root.has("instrument")) return FromPrinted(root, path.string());
   const auto outcome = TRY(ReadOutcome(path, measurement::Instrument::kPartAlignment));
@@ -129,20 +129,20 @@ Result<AlignmentResult> ReadAlignmentResult(const std::filesystem::path& path) {
 }
 
 Result<SupportsFile> ReadSupportsFile(const std::filesystem::path& path) {
-  const auto parsed = TRY(ReadJsonFile(path, kMostBytes));
+  const auto parsed = TRY(ReadJsonFile(path, kMaxBytes));
   JsonObject root(parsed, path.string());
   root.Integer("format", {1, 1});
   SupportsFile file;
-  constexpr std::size_t kMostSupports = 100;
-  for (const json& entry : root.List("supports", 1, kMostSupports)) {
+  constexpr std::size_t kMaxSupports = 100;
+  for (const json& entry : root.List("supports", 1, kMaxSupports)) {
     JsonObject object = root.Inner(entry, fmt::format("supports[{}]", file.supports.size()));
     part_alignment::Support support;
     support.id = ReadTargetId(object, "id", nullptr);
     support.part_mm = ReadThree(object, "part_mm", {-kMost_mm, kMost_mm});
     support.direction_machine = ReadThree(object, "direction", {-kMost_mm, kMost_mm});
     const double length = support.direction_machine.norm();
-    constexpr double kLeastLength = 1e-6;
-    if (length < kLeastLength) object.Fault("direction", "has no length; give three numbers");
+    constexpr double kMinLength = 1e-6;
+    if (length < kMinLength) object.Fault("direction", "has no length; give three numbers");
     TRY(object.Finish());
     support.direction_machine /= length;
     file.supports.push_back(std::move(support));

@@ -22,11 +22,11 @@ using part_alignment::BoardMeasurement;
 using part_alignment::BoardTouch;
 using part_alignment::BoardView;
 
-constexpr std::size_t kMostBytes = 20'000'000;
-constexpr std::size_t kMostViews = 2000;
-constexpr std::size_t kMostTouches = 1000;
+constexpr std::size_t kMaxBytes = 20'000'000;
+constexpr std::size_t kMaxViews = 2000;
+constexpr std::size_t kMaxTouches = 1000;
 constexpr double kMost_mm = 1e6;
-constexpr double kMostSigma_mm = 1000;
+constexpr double kMaxSigma_mm = 1000;
 
 Eigen::Matrix3d ReadSpindle(JsonObject& view) {
   const auto c_deg = view.OptionalNumber("c_deg", {-720, 720});
@@ -39,7 +39,7 @@ Eigen::Matrix3d ReadSpindle(JsonObject& view) {
 
 Result<void> ReadViews(JsonObject& root, BoardMeasurement& measurement) {
   std::set<std::string> names;
-  for (const nlohmann::json& entry : root.List("views", 1, kMostViews)) {
+  for (const nlohmann::json& entry : root.List("views", 1, kMaxViews)) {
     JsonObject object = root.Inner(entry, fmt::format("views[{}]", measurement.views.size()));
     BoardView view;
     view.picture = object.Text("picture");
@@ -55,7 +55,7 @@ Result<void> ReadViews(JsonObject& root, BoardMeasurement& measurement) {
 }
 
 Result<void> ReadTouches(JsonObject& root, BoardMeasurement& measurement) {
-  const nlohmann::json* list = root.OptionalList("touches", 0, kMostTouches);
+  const nlohmann::json* list = root.OptionalList("touches", 0, kMaxTouches);
   if (list == nullptr) return root.Faults();
   for (const nlohmann::json& entry : *list) {
     JsonObject object = root.Inner(entry, fmt::format("touches[{}]", measurement.touches.size()));
@@ -63,7 +63,7 @@ Result<void> ReadTouches(JsonObject& root, BoardMeasurement& measurement) {
     touch.mark = ReadTargetId(object, "mark", nullptr);
     touch.spindle_mm = ReadThree(object, "spindle_mm", {-kMost_mm, kMost_mm});
     touch.tool_length_mm = object.Number("tool_length_mm", {-10'000, 10'000});
-    const double sigma_mm = object.Number("sigma_mm", {1e-6, kMostSigma_mm});
+    const double sigma_mm = object.Number("sigma_mm", {1e-6, kMaxSigma_mm});
     const std::string axes = object.Text("axes");
     TRY(object.Finish());
     touch.sigma_mm.setConstant(std::numeric_limits<double>::infinity());
@@ -98,7 +98,7 @@ Result<void> ReadOptional(JsonObject& root, BoardMeasurement& measurement) {
     JsonObject object = root.Inner(*value, "place");
     part_alignment::CameraPlacePrior place;
     place.at_mm = ReadThree(object, "at_mm", {-10'000, 10'000});
-    place.sigma_mm = ReadThree(object, "sigma_mm", {1e-6, kMostSigma_mm});
+    place.sigma_mm = ReadThree(object, "sigma_mm", {1e-6, kMaxSigma_mm});
     TRY(object.Finish());
     measurement.place = place;
   }
@@ -107,14 +107,14 @@ Result<void> ReadOptional(JsonObject& root, BoardMeasurement& measurement) {
 
 // Reads the output of `align targets --layout`; ignores other keys.
 Result<void> ReadSheet(const std::filesystem::path& path, BoardFile& file) {
-  const auto json = TRY(ReadJsonFile(path, kMostBytes));
+  const auto json = TRY(ReadJsonFile(path, kMaxBytes));
   JsonObject root(json, path.string());
   root.Integer("format", {1, 1});
   file.bits = root.Integer("bits", {12, 20});
   file.measurement.disc_radius_mm = root.Number("radius_mm", {0.1, 100});
-  constexpr std::size_t kMostMarks = 5000;
+  constexpr std::size_t kMaxMarks = 5000;
   std::set<int> pages;
-  for (const nlohmann::json& entry : root.List("targets", 1, kMostMarks)) {
+  for (const nlohmann::json& entry : root.List("targets", 1, kMaxMarks)) {
     JsonObject object =
         root.Inner(entry, fmt::format("targets[{}]", file.measurement.layout.size()));
     const nlohmann::json* number = object.Find("number");
@@ -134,7 +134,7 @@ Result<void> ReadSheet(const std::filesystem::path& path, BoardFile& file) {
 }  // namespace
 
 Result<BoardFile> ReadBoardFile(const std::filesystem::path& path) {
-  const auto json = TRY(ReadJsonFile(path, kMostBytes));
+  const auto json = TRY(ReadJsonFile(path, kMaxBytes));
   JsonObject root(json, path.string());
   root.Integer("format", {1, 1});
   BoardFile file;

@@ -25,11 +25,11 @@ using part_alignment::LooksAlong;
 
 constexpr const char* kMeasuredToIdeal = "brown_measured_to_ideal";
 constexpr const char* kIdealToDistorted = "brown_ideal_to_distorted";
-constexpr double kMostPixels = 100'000;  // along one side
-constexpr double kMostTaper_mm = 10'000;
+constexpr double kMaxPixels = 100'000;  // along one side
+constexpr double kMaxTaper_mm = 10'000;
 // Upper limit that mostly excludes an angle in degrees by mistake.
-constexpr double kMostAngle_rad = 2 * std::numbers::pi;
-constexpr double kMostDistance_mm = 1e6;
+constexpr double kMaxAngle_rad = 2 * std::numbers::pi;
+constexpr double kMaxDistance_mm = 1e6;
 
 void ReadTaper(JsonObject& object, Camera& camera) {
   const nlohmann::json* value = object.Find("taper_from_camera");
@@ -38,8 +38,8 @@ void ReadTaper(JsonObject& object, Camera& camera) {
     return;
   }
   JsonObject taper = object.Inner(*value, "taper_from_camera");
-  const auto mm = taper.Numbers("translation_mm", 3, 3, {-kMostTaper_mm, kMostTaper_mm});
-  const auto rad = taper.Numbers("angles_rad", 3, 3, {-kMostAngle_rad, kMostAngle_rad});
+  const auto mm = taper.Numbers("translation_mm", 3, 3, {-kMaxTaper_mm, kMaxTaper_mm});
+  const auto rad = taper.Numbers("angles_rad", 3, 3, {-kMaxAngle_rad, kMaxAngle_rad});
   if (const auto read = taper.Finish(); !read) {
     object.Adopt(read.error());
     return;
@@ -114,8 +114,8 @@ Json FileJson(const CameraFile& file) {
 }
 
 constexpr double kMost_mm = 1e6;
-constexpr double kMostSigma_mm = 100;
-constexpr double kMostSigma_rad = 0.1;
+constexpr double kMaxSigma_mm = 100;
+constexpr double kMaxSigma_rad = 0.1;
 
 // Reads an object within an object: `read` fills it, the outer one records its faults.
 template <class Read>
@@ -137,13 +137,13 @@ Result<void> ReadSetUp(JsonObject& root, GridMeasurement& grid) {
     grid.cmm_from_taper.translation_mm = ReadThree(o, "translation_mm", {-kMost_mm, kMost_mm});
     constexpr double kTurn = 2 * std::numbers::pi;  // degrees by mistake are mostly beyond
     grid.cmm_from_taper.angles_rad = ReadThree(o, "angles_rad", {-kTurn, kTurn});
-    grid.taper_sigma << ReadThree(o, "sigma_mm", {0, kMostSigma_mm}),
-        ReadThree(o, "sigma_rad", {0, kMostSigma_rad});
+    grid.taper_sigma << ReadThree(o, "sigma_mm", {0, kMaxSigma_mm}),
+        ReadThree(o, "sigma_rad", {0, kMaxSigma_rad});
   });
   if (!read) return read;
   return Within(root, "target_from_tip", [&](JsonObject& o) {
     grid.target_from_tip_mm = ReadThree(o, "offset_mm", {-1000, 1000});
-    grid.target_from_tip_sigma_mm = ReadThree(o, "sigma_mm", {0, kMostSigma_mm});
+    grid.target_from_tip_sigma_mm = ReadThree(o, "sigma_mm", {0, kMaxSigma_mm});
   });
 }
 
@@ -154,7 +154,7 @@ void ReadCameraFrame(JsonObject& object, Camera& camera) {
   const std::string model = object.Choice("model", {kMeasuredToIdeal, kIdealToDistorted});
   camera.convention = model == kIdealToDistorted ? CameraConvention::kBrownIdealToDistorted
                                                  : CameraConvention::kBrownMeasuredToIdeal;
-  const auto image_px = object.Numbers("image_px", 2, 2, {kFewestPixels, kMostPixels});
+  const auto image_px = object.Numbers("image_px", 2, 2, {kFewestPixels, kMaxPixels});
   camera.pixel_pitch_mm = object.Number("pixel_pitch_mm", {1e-4, 1});
   camera.looks_along =
       object.Choice("looks_along", {"-z", "+z"}) == "+z" ? LooksAlong::kPlusZ : LooksAlong::kMinusZ;
@@ -175,11 +175,11 @@ Camera ReadCamera(JsonObject& object) {
   const std::string model = object.Choice("model", {kMeasuredToIdeal, kIdealToDistorted});
   camera.convention = model == kIdealToDistorted ? CameraConvention::kBrownIdealToDistorted
                                                  : CameraConvention::kBrownMeasuredToIdeal;
-  const auto image_px = object.Numbers("image_px", 2, 2, {1, kMostPixels});
+  const auto image_px = object.Numbers("image_px", 2, 2, {1, kMaxPixels});
   camera.pixel_pitch_mm = object.Number("pixel_pitch_mm", {1e-5, 1});
   camera.focal_length_mm = object.Number("focal_length_mm", {1e-3, 1e5});
   const auto offset_px =
-      object.Numbers("principal_point_offset_px", 2, 2, {-kMostPixels, kMostPixels});
+      object.Numbers("principal_point_offset_px", 2, 2, {-kMaxPixels, kMaxPixels});
   camera.k1 = object.Number("k1", {-1e-3, 1e-3});
   camera.k2 = object.Number("k2", {-1e-6, 1e-6});
   camera.p1 = object.Number("p1", {-0.01, 0.01});
@@ -214,7 +214,7 @@ Json CameraJson(const Camera& camera) {
 Result<CalibrationRecord> ReadCalibration(JsonObject object) {
   CalibrationRecord calibration;
   calibration.date = ReadDate(object);
-  const auto range_mm = object.Numbers("distance_mm", 2, 2, {0, kMostDistance_mm});
+  const auto range_mm = object.Numbers("distance_mm", 2, 2, {0, kMaxDistance_mm});
   if (!object.failed() && range_mm[0] >= range_mm[1]) {
     object.Fault("distance_mm", fmt::format("is [{}, {}]; it must be the nearest and the farthest",
                                             range_mm[0], range_mm[1]));
@@ -239,11 +239,11 @@ Json CalibrationJson(const CalibrationRecord& calibration) {
 }
 
 Result<CameraFile> ReadCameraFile(const std::filesystem::path& path) {
-  constexpr std::size_t kMostBytes = 1'000'000;
+  constexpr std::size_t kMaxBytes = 1'000'000;
   // Many programs store a camera's parameters, each in a convention of its own.
   constexpr const char* kConvert =
       "cameras of OpenCV, ROS and mrcal become one by trammel align camera FILE --out camera.json";
-  const auto text = TRY(ReadWholeFile(path, kMostBytes));
+  const auto text = TRY(ReadWholeFile(path, kMaxBytes));
   const auto json = ParseJson(text, path.string());
   if (!json) return Fail(fmt::format("{} ({})", json.error().message, kConvert));
   JsonObject root(*json, path.string());
@@ -271,16 +271,16 @@ std::string CalibratedCameraText(const CameraFile& file, double residual_rms_px)
 }
 
 Result<CalibrationGridFile> ReadCalibrationGrid(const std::filesystem::path& path) {
-  constexpr std::size_t kMostBytes = 100'000'000;
-  constexpr std::size_t kMostViews = 20'000;
-  const auto json = TRY(ReadJsonFile(path, kMostBytes));
+  constexpr std::size_t kMaxBytes = 100'000'000;
+  constexpr std::size_t kMaxViews = 20'000;
+  const auto json = TRY(ReadJsonFile(path, kMaxBytes));
   JsonObject root(json, path.string());
   root.Integer("format", {1, 1});
   CalibrationGridFile file;
   file.date = ReadDate(root);
   TRY(ReadSetUp(root, file.grid));
-  file.grid.position_sigma_mm = root.Number("position_sigma_mm", {0, kMostSigma_mm});
-  for (const nlohmann::json& entry : root.List("views", 1, kMostViews)) {
+  file.grid.position_sigma_mm = root.Number("position_sigma_mm", {0, kMaxSigma_mm});
+  for (const nlohmann::json& entry : root.List("views", 1, kMaxViews)) {
     JsonObject view = root.Inner(entry, fmt::format("views[{}]", file.grid.views.size()));
     part_alignment::GridView seen;
     seen.tip_mm = ReadThree(view, "tip_mm", {-kMost_mm, kMost_mm});

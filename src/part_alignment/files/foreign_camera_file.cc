@@ -257,8 +257,8 @@ Result<OpenCvCamera> ParseForeignCamera(std::string_view text, const std::string
 }
 
 Result<OpenCvCamera> ReadForeignCameraFile(const std::filesystem::path& path) {
-  constexpr std::size_t kMostBytes = 32'000'000;  // mrcal keeps its inputs in the file
-  const auto text = TRY(ReadWholeFile(path, kMostBytes));
+  constexpr std::size_t kMaxBytes = 32'000'000;  // mrcal keeps its inputs in the file
+  const auto text = TRY(ReadWholeFile(path, kMaxBytes));
   return ParseForeignCamera(text, path.string());
 }
 

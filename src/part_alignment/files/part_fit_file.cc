@@ -24,8 +24,8 @@ using part_alignment::MeasuredPoint;
 using part_alignment::SurfaceKind;
 
 constexpr double kMost_mm = 1e6;
-constexpr std::size_t kMostPoints = 100'000;
-constexpr std::size_t kMostBytes = 50'000'000;
+constexpr std::size_t kMaxPoints = 100'000;
+constexpr std::size_t kMaxBytes = 50'000'000;
 
 // Reads an id, which may be written as a number.
 std::string Id(JsonObject& object, const char* key) {
@@ -49,17 +49,16 @@ Result<void> ReadMesh(JsonObject& object, NamedMeshes& meshes, IdealSurface& sur
   const auto unit = object.OptionalChoice("unit", {"mm", "cm", "m", "inch"});
   const nlohmann::json* open = object.Find("open");
   if (open != nullptr && !open->is_boolean()) object.Fault("open", "must be true or false");
-  surface.most_facet_error_mm = object.OptionalNumber("most_facet_error_mm", {1e-9, kMost_mm});
+  surface.max_facet_error_mm = object.OptionalNumber("most_facet_error_mm", {1e-9, kMost_mm});
   surface.stock_allowance_mm = object.Number("overstock_mm", {-kMost_mm, kMost_mm});
   TRY(object.Finish());
   const bool may_be_open = open != nullptr && open->get<bool>();
   const std::tuple key(file, unit.value_or(""), may_be_open);
   auto found = meshes.read.find(key);
   if (found == meshes.read.end()) {
-    constexpr std::size_t kMostMeshes = 8;  // up to 250 MB each
-    if (meshes.read.size() == kMostMeshes) {
-      object.Fault("file",
-                   fmt::format("is one more than the {} meshes that are read", kMostMeshes));
+    constexpr std::size_t kMaxMeshes = 8;  // up to 250 MB each
+    if (meshes.read.size() == kMaxMeshes) {
+      object.Fault("file", fmt::format("is one more than the {} meshes that are read", kMaxMeshes));
       return object.Faults();
     }
     auto mesh = TRY(meshes.reader(meshes.folder / file, unit ? LengthUnitOf(*unit) : std::nullopt,
@@ -167,7 +166,7 @@ Result<std::vector<MeasuredPoint>> PointsFromJson(std::string_view text, const s
   JsonObject root(json, file);
   root.Integer("format", {1, 1});
   std::vector<MeasuredPoint> points;
-  for (const nlohmann::json& entry : root.List("points", 1, kMostPoints)) {
+  for (const nlohmann::json& entry : root.List("points", 1, kMaxPoints)) {
     JsonObject object = root.Inner(entry, fmt::format("points[{}]", points.size()));
     MeasuredPoint point;
     point.id = Id(object, "id");
@@ -229,13 +228,13 @@ Result<std::vector<part_alignment::ScaleBar>> ReadScaleBars(JsonObject& root) {
 }
 
 Result<PartFile> ReadPartFile(const std::filesystem::path& path, const MeshReader& read_mesh) {
-  const auto json = TRY(ReadJsonFile(path, kMostBytes));
+  const auto json = TRY(ReadJsonFile(path, kMaxBytes));
   JsonObject root(json, path.string());
   root.Integer("format", {1, 1});
   PartFile part;
-  part.options.least_stock_allowance_mm = root.Number("least_overstock_mm", {-1000, 1000}, 0.0);
+  part.options.min_stock_allowance_mm = root.Number("least_overstock_mm", {-1000, 1000}, 0.0);
   part.options.guard_sigmas = root.Number("guard_sigmas", {0, 10}, 2.0);
-  part.options.most_uneven_mm = root.OptionalNumber("most_uneven_mm", {1e-9, kMost_mm});
+  part.options.max_uneven_mm = root.OptionalNumber("most_uneven_mm", {1e-9, kMost_mm});
   TRY(ReadSurfaces(root, {read_mesh, path.parent_path(), {}}, part));
   part.bars = TRY(ReadScaleBars(root));
   if (const nlohmann::json* start = root.Find("start")) {
@@ -279,21 +278,21 @@ Result<std::vector<MeasuredPoint>> ParsePointTable(std::string_view text, const 
       continue;
     }
     points.push_back(TRY(ReadRow(line, *header, where)));
-    if (points.size() > kMostPoints) {
-      return Fail(fmt::format("{}: more than {} points", file, kMostPoints));
+    if (points.size() > kMaxPoints) {
+      return Fail(fmt::format("{}: more than {} points", file, kMaxPoints));
     }
   }
   return points;
 }
 
 Result<std::vector<MeasuredPoint>> ReadPointTable(const std::filesystem::path& path) {
-  auto text = TRY(ReadWholeFile(path, kMostBytes));
+  auto text = TRY(ReadWholeFile(path, kMaxBytes));
   return ParsePointTable(Utf8OfFile(std::move(text)), path.string());
 }
 
 Result<BudgetFile> ReadBudgetFile(const std::filesystem::path& path) {
-  constexpr std::size_t kMostBytes = 10'000'000;
-  const auto json = TRY(ReadJsonFile(path, kMostBytes));
+  constexpr std::size_t kMaxBytes = 10'000'000;
+  const auto json = TRY(ReadJsonFile(path, kMaxBytes));
   JsonObject root(json, path.string());
   root.Integer("format", {1, 1});
   BudgetFile file;

@@ -18,7 +18,7 @@ namespace trammel::files {
 namespace {
 
 using Eigen::Vector3d;
-using part_alignment::kMostTriangles;
+using part_alignment::kMaxTriangles;
 using part_alignment::Triangle;
 using part_alignment::TriangleMesh;
 using part_alignment::VertexWeld;
@@ -35,7 +35,7 @@ std::uint32_t Word(std::string_view bytes, std::size_t at) {
 }
 
 Result<void> TooMany(const std::string& file, std::size_t count) {
-  return Fail(fmt::format("{}: {} triangles; at most {} are read: {}", file, count, kMostTriangles,
+  return Fail(fmt::format("{}: {} triangles; at most {} are read: {}", file, count, kMaxTriangles,
                           kCoarser));
 }
 
@@ -171,7 +171,7 @@ Result<TriangleMesh> ParseText(std::string_view text, const std::string& file, d
     } else if (within && SameWord(word, "facet")) {
       const auto triangle = TRY(Facet(words, weld, mm_per_unit));
       mesh.triangles.push_back(triangle);
-      if (mesh.triangles.size() > kMostTriangles) {
+      if (mesh.triangles.size() > kMaxTriangles) {
         return tl::unexpected(TooMany(file, mesh.triangles.size()).error());
       }
     } else {
@@ -250,7 +250,7 @@ Result<TriangleMesh> ParseStl(std::string_view bytes, const std::string& file, d
       bytes.size() >= kHeaderBytes ? Word(bytes, kHeaderBytes - 4) : std::size_t{0};
   const std::size_t wanted = kHeaderBytes + kTriangleBytes * stated;
   if (bytes.size() >= kHeaderBytes && bytes.size() == wanted + StlTrailingBytes(bytes)) {
-    if (stated > kMostTriangles) return tl::unexpected(TooMany(file, stated).error());
+    if (stated > kMaxTriangles) return tl::unexpected(TooMany(file, stated).error());
     return ParseBinary(bytes, file, mm_per_unit);
   }
   if (LooksLikeText(bytes)) return ParseText(bytes, file, mm_per_unit);
@@ -272,22 +272,22 @@ Result<TriangleMesh> ParseStl(std::string_view bytes, const std::string& file, d
 
 Result<MeshFile> ReadMeshFile(const std::filesystem::path& path,
                               const std::optional<LengthUnit>& unit, bool open) {
-  constexpr std::size_t kMostBytes = kHeaderBytes + kTriangleBytes * kMostTriangles;
+  constexpr std::size_t kMaxBytes = kHeaderBytes + kTriangleBytes * kMaxTriangles;
   constexpr double kBytesPerMb = 1e6;
   std::error_code unknown;
   const std::uintmax_t size = std::filesystem::file_size(path, unknown);
-  if (!unknown && size > kMostBytes) {
+  if (!unknown && size > kMaxBytes) {
     return Fail(
         fmt::format("{}: {:.0f} MB, {:.1f} million triangles of a binary STL; {:.0f} MB "
                     "are read at most: {}",
                     path.string(), static_cast<double>(size) / kBytesPerMb,
                     static_cast<double>(size) / kTriangleBytes / kBytesPerMb,
-                    kMostBytes / kBytesPerMb, kCoarser));
+                    kMaxBytes / kBytesPerMb, kCoarser));
   }
   Result<TriangleMesh> triangles;
   std::size_t trailing = 0;
   {
-    const auto bytes = TRY(ReadNamedFile(path, kMostBytes));
+    const auto bytes = TRY(ReadNamedFile(path, kMaxBytes));
     triangles = ParseStl(bytes, path.string(), unit ? unit->mm : 1);
     trailing = StlTrailingBytes(bytes);
   }

@@ -221,8 +221,8 @@ TEST_F(MeshFiles, APartFileNamesItsMeshFromItsOwnFolder) {
   ASSERT_TRUE(read) << read.error().message;
   ASSERT_EQ(read->surfaces.size(), 1U);
   EXPECT_EQ(read->surfaces[0].mesh->mesh().triangles.size(), 12U);
-  EXPECT_EQ(read->surfaces[0].most_facet_error_mm, 0.01);
-  EXPECT_EQ(read->options.most_uneven_mm, 7);
+  EXPECT_EQ(read->surfaces[0].max_facet_error_mm, 0.01);
+  EXPECT_EQ(read->options.max_uneven_mm, 7);
   EXPECT_THAT(read->notices[0], HasSubstr("800 × 500 × 300 mm, read in cm"));
   Write("cad/part.json", part(R"(, "unit": "furlong")"));
   EXPECT_THAT(ReadPartFile(At("cad/part.json"), ReadMeshFile).error().message, HasSubstr("unit"));

@@ -19,17 +19,17 @@ using part_alignment::Observation;
 using part_alignment::PlainPoint;
 using part_alignment::SurveyPicture;
 
-constexpr std::size_t kMostBytes = 100'000'000;
-constexpr std::size_t kMostPictures = 10'000;
-constexpr std::size_t kMostObservations = 10'000;  // per picture
+constexpr std::size_t kMaxBytes = 100'000'000;
+constexpr std::size_t kMaxPictures = 10'000;
+constexpr std::size_t kMaxObservations = 10'000;  // per picture
 constexpr double kMost_px = 1e6;
-constexpr double kMostTurn = 7;  // rad: a full one and a little
+constexpr double kMaxTurn = 7;  // rad: a full one and a little
 
 // Reads the outline of a disc about this centre, if there is one.
 std::optional<ImageEllipse> ReadDisc(JsonObject& object, double column_px, double row_px) {
   if (!object.has("disc_px")) return std::nullopt;
   const auto axes = object.Numbers("disc_px", 2, 2, {0, kMost_px});
-  const double angle_rad = object.Number("disc_angle_rad", {-kMostTurn, kMostTurn});
+  const double angle_rad = object.Number("disc_angle_rad", {-kMaxTurn, kMaxTurn});
   if (axes.size() != 2) return std::nullopt;
   return ImageEllipse{column_px, row_px, axes[0], axes[1], angle_rad};
 }
@@ -37,7 +37,7 @@ std::optional<ImageEllipse> ReadDisc(JsonObject& object, double column_px, doubl
 Result<std::vector<PlainPoint>> ReadPlainPoints(JsonObject& picture) {
   std::vector<PlainPoint> points;
   if (!picture.has("plain_points")) return points;
-  for (const nlohmann::json& entry : picture.List("plain_points", 0, kMostObservations)) {
+  for (const nlohmann::json& entry : picture.List("plain_points", 0, kMaxObservations)) {
     JsonObject inner = picture.Inner(entry, fmt::format("plain_points[{}]", points.size()));
     PlainPoint point;
     point.column_px = inner.Number("column_px", {-kMost_px, kMost_px});
@@ -63,7 +63,7 @@ Result<SurveyPicture> ReadPicture(JsonObject object) {
     picture.width_px = static_cast<int>(size[0]);
     picture.height_px = static_cast<int>(size[1]);
   }
-  for (const nlohmann::json& entry : object.List("observations", 0, kMostObservations)) {
+  for (const nlohmann::json& entry : object.List("observations", 0, kMaxObservations)) {
     JsonObject inner =
         object.Inner(entry, fmt::format("observations[{}]", picture.observations.size()));
     Observation observation;
@@ -85,11 +85,11 @@ Result<SurveyPicture> ReadPicture(JsonObject object) {
 }  // namespace
 
 Result<std::vector<SurveyPicture>> ReadSurveyFile(const std::filesystem::path& path) {
-  const auto json = TRY(ReadJsonFile(path, kMostBytes));
+  const auto json = TRY(ReadJsonFile(path, kMaxBytes));
   JsonObject root(json, path.string());
   root.Integer("format", {1, 1});
   std::vector<SurveyPicture> pictures;
-  for (const nlohmann::json& entry : root.List("pictures", 1, kMostPictures)) {
+  for (const nlohmann::json& entry : root.List("pictures", 1, kMaxPictures)) {
     pictures.push_back(
         TRY(ReadPicture(root.Inner(entry, fmt::format("pictures[{}]", pictures.size())))));
   }
@@ -127,7 +127,7 @@ std::string SurveyFileText(const std::vector<SurveyPicture>& pictures) {
 }
 
 Result<std::vector<part_alignment::ScaleBar>> ReadScaleBarFile(const std::filesystem::path& path) {
-  const auto json = TRY(ReadJsonFile(path, kMostBytes));
+  const auto json = TRY(ReadJsonFile(path, kMaxBytes));
   JsonObject root(json, path.string());
   root.Integer("format", {1, 1});
   if (!root.has("scale_bars")) root.Fault("scale_bars", "is missing");

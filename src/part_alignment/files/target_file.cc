@@ -13,10 +13,10 @@ namespace {
 
 using part_alignment::PartTarget;
 
-constexpr std::size_t kMostBytes = 100'000'000;
-constexpr std::size_t kMostTargets = 10'000;
-constexpr std::size_t kMostUncertain = 900;  // rows: 300 targets
-constexpr double kMostPlace_mm = 1e6;
+constexpr std::size_t kMaxBytes = 100'000'000;
+constexpr std::size_t kMaxTargets = 10'000;
+constexpr std::size_t kMaxUncertain = 900;  // rows: 300 targets
+constexpr double kMaxPlace_mm = 1e6;
 constexpr const char* kCovariance = "targets_covariance_mm2";
 
 bool ReadRow(const nlohmann::json& row, Eigen::Index i, Eigen::MatrixXd& covariance) {
@@ -29,7 +29,7 @@ bool ReadRow(const nlohmann::json& row, Eigen::Index i, Eigen::MatrixXd& covaria
 }
 
 void ReadCovariance(JsonObject& object, TargetList& list) {
-  const nlohmann::json* rows = object.OptionalList(kCovariance, 3, kMostUncertain);
+  const nlohmann::json* rows = object.OptionalList(kCovariance, 3, kMaxUncertain);
   if (rows == nullptr) return;
   const auto size = static_cast<Eigen::Index>(rows->size());
   Eigen::MatrixXd covariance(size, size);
@@ -48,7 +48,7 @@ void ReadCovariance(JsonObject& object, TargetList& list) {
 }
 
 void ReadBarEnds(JsonObject& object, TargetList& list) {
-  const nlohmann::json* ends = object.OptionalList("bar_ends", 0, kMostTargets);
+  const nlohmann::json* ends = object.OptionalList("bar_ends", 0, kMaxTargets);
   for (const nlohmann::json& end : ends != nullptr ? *ends : nlohmann::json::array()) {
     if (!end.is_string()) {
       object.Fault("bar_ends", fmt::format("has {}; it must be the id of a target", Show(end)));
@@ -84,11 +84,11 @@ std::string ReadTargetId(JsonObject& object, const char* key, std::set<std::stri
 Result<TargetList> ReadTargetList(JsonObject& object) {
   TargetList list;
   std::set<std::string> ids;
-  for (const nlohmann::json& entry : object.List("targets", 1, kMostTargets)) {
+  for (const nlohmann::json& entry : object.List("targets", 1, kMaxTargets)) {
     JsonObject inner = object.Inner(entry, fmt::format("targets[{}]", list.targets.size()));
     PartTarget target;
     target.id = ReadTargetId(inner, "id", &list.numeric_ids);
-    const auto mm = inner.Numbers("ideal_mm", 3, 3, {-kMostPlace_mm, kMostPlace_mm});
+    const auto mm = inner.Numbers("ideal_mm", 3, 3, {-kMaxPlace_mm, kMaxPlace_mm});
     if (!inner.failed() && !ids.insert(target.id).second) {
       inner.Fault("id", fmt::format("is {}, which another target has already", target.id));
     }
@@ -103,7 +103,7 @@ Result<TargetList> ReadTargetList(JsonObject& object) {
 }
 
 Result<TargetList> ReadTargetFile(const std::filesystem::path& path) {
-  const auto json = TRY(ReadJsonFile(path, kMostBytes));
+  const auto json = TRY(ReadJsonFile(path, kMaxBytes));
   JsonObject root(json, path.string());
   root.Integer("format", {1, 1});
   const auto verdict = root.OptionalChoice("verdict", {"good", "cannot_tell", "refused"});

@@ -152,8 +152,8 @@ bool OverSharpVertex(const MeshDistance& mesh, std::uint32_t triangle, const Vec
     constexpr double kThere_mm = 1e-9;
     if ((mesh.mesh().vertices_mm[vertex] - at).norm() > kThere_mm) continue;
     std::uint32_t t = triangle;
-    constexpr int kMostFaces = 1000;
-    for (int i = 0; i < kMostFaces; ++i) {
+    constexpr int kMaxFaces = 1000;
+    for (int i = 0; i < kMaxFaces; ++i) {
       const std::size_t k = CornerAt(triangles[t], vertex);
       if (std::abs(EdgeBend_rad(mesh, t, static_cast<int>(k))) >= kCrease_rad) return true;
       t = mesh.NeighboursOf(t)[k];

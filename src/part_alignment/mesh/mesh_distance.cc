@@ -90,7 +90,7 @@ void BoundAll(const TriangleMesh& mesh, BoxTree& tree) {
 /// Builds a tree by splits at the median of the longest side: its depth is the logarithm of the
 /// count, for any mesh. REQUIRES finite vertices. Cost: 0.3 s for a million triangles.
 BoxTree BuildBoxTree(const TriangleMesh& mesh) {
-  constexpr std::size_t kMostInLeaf = 4;
+  constexpr std::size_t kMaxInLeaf = 4;
   BoxTree tree;
   std::vector<Centre> centres = CentresOf(mesh);
   struct Range {
@@ -104,7 +104,7 @@ BoxTree BuildBoxTree(const TriangleMesh& mesh) {
   while (!open.empty()) {
     const auto [node, first, last] = open.back();
     open.pop_back();
-    if (last - first <= kMostInLeaf) {
+    if (last - first <= kMaxInLeaf) {
       tree.nodes[node].first = static_cast<std::uint32_t>(first);
       tree.nodes[node].triangles = static_cast<std::uint32_t>(last - first);
       continue;
@@ -243,11 +243,10 @@ MeshDistance::MeshDistance(SolidMesh solid) : open_(solid.open) {
 }
 
 void MeshDistance::FindNormals() {
-  double most_mm = 0;
-  for (const Vector3d& at : mesh_.vertices_mm)
-    most_mm = std::max(most_mm, at.cwiseAbs().maxCoeff());
+  double max_mm = 0;
+  for (const Vector3d& at : mesh_.vertices_mm) max_mm = std::max(max_mm, at.cwiseAbs().maxCoeff());
   // 32-bit numbers do not determine a height below some of their roundings.
-  const double least_height_mm = 4 * 6e-8 * most_mm;
+  const double min_height_mm = 4 * 6e-8 * max_mm;
   const std::size_t n = mesh_.triangles.size();
   normals_.resize(n);
   sliver_.assign(n, false);
@@ -261,7 +260,7 @@ void MeshDistance::FindNormals() {
           (mesh_.vertices_mm[triangle[(k + 1) % 3]] - mesh_.vertices_mm[triangle[k]]).norm());
     }
     const double twice = area.norm();
-    sliver_[t] = !(twice > least_height_mm * longest);
+    sliver_[t] = !(twice > min_height_mm * longest);
     if (sliver_[t]) ++slivers_;
     normals_[t] = twice > 0 ? Vector3d(area / twice) : Vector3d::Zero();
   }

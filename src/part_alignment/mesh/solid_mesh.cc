@@ -28,11 +28,11 @@ std::string Place(const TriangleMesh& mesh, const MeshEdge& edge) {
 
 Result<void> CheckNumbers(const TriangleMesh& mesh) {
   if (mesh.triangles.empty()) return Fail("it has no triangles");
-  if (mesh.triangles.size() > kMostTriangles) {
+  if (mesh.triangles.size() > kMaxTriangles) {
     return Fail(
         fmt::format("{} triangles; at most {} are taken: export it with a coarser "
                     "deflection (0.01 mm is fine enough for most parts)",
-                    mesh.triangles.size(), kMostTriangles));
+                    mesh.triangles.size(), kMaxTriangles));
   }
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
     for (const std::uint32_t v : mesh.triangles[t]) {
@@ -65,17 +65,17 @@ std::size_t LeaveOutCollapsed(TriangleMesh& mesh) {
 // Joins vertices of the rim that agree to the rounding of 32-bit numbers. True if any were joined.
 bool JoinRim(TriangleMesh& mesh, const std::vector<MeshEdge>& rim) {
   std::vector<std::uint32_t> on_rim;
-  double most_mm = 0;
+  double max_mm = 0;
   for (const MeshEdge& edge : rim) {
     const auto k = static_cast<std::size_t>(edge.corner);
     const Triangle& triangle = mesh.triangles[edge.triangle];
     for (const std::uint32_t v : {triangle[k], triangle[(k + 1) % 3]}) {
       on_rim.push_back(v);
-      most_mm = std::max(most_mm, mesh.vertices_mm[v].cwiseAbs().maxCoeff());
+      max_mm = std::max(max_mm, mesh.vertices_mm[v].cwiseAbs().maxCoeff());
     }
   }
   constexpr double kRounding = 4 * 1.2e-7;
-  const double near_mm = kRounding * most_mm;
+  const double near_mm = kRounding * max_mm;
   std::sort(on_rim.begin(), on_rim.end());
   on_rim.erase(std::unique(on_rim.begin(), on_rim.end()), on_rim.end());
   std::stable_sort(on_rim.begin(), on_rim.end(), [&](std::uint32_t a, std::uint32_t b) {
@@ -84,10 +84,10 @@ bool JoinRim(TriangleMesh& mesh, const std::vector<MeshEdge>& rim) {
   std::vector<std::uint32_t> joined(mesh.vertices_mm.size());
   std::iota(joined.begin(), joined.end(), 0U);
   bool any = false;
-  constexpr std::size_t kMostNear = 200;  // with equal x: bounds the time
+  constexpr std::size_t kMaxNear = 200;  // with equal x: bounds the time
   for (std::size_t i = 0; i < on_rim.size(); ++i) {
     const Vector3d& at = mesh.vertices_mm[on_rim[i]];
-    for (std::size_t j = i + 1; j < std::min(on_rim.size(), i + kMostNear); ++j) {
+    for (std::size_t j = i + 1; j < std::min(on_rim.size(), i + kMaxNear); ++j) {
       const Vector3d off = mesh.vertices_mm[on_rim[j]] - at;
       if (off.x() > near_mm) break;
       if (off.cwiseAbs().maxCoeff() > near_mm || joined[on_rim[j]] != on_rim[j]) continue;

@@ -30,7 +30,7 @@ struct TriangleMesh {
 };
 
 /// Maximum number of triangles read: 250 MB of a binary STL, some 0.9 GB of memory meanwhile.
-inline constexpr std::size_t kMostTriangles = 5'000'000;
+inline constexpr std::size_t kMaxTriangles = 5'000'000;
 
 /// Returns twice the triangle's area times its unit normal, by the right hand.
 [[nodiscard]] inline Eigen::Vector3d AreaVector(const TriangleMesh& mesh,

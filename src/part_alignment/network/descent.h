@@ -10,7 +10,7 @@
 namespace trammel::part_alignment {
 
 struct DescentOptions {
-  int most_iterations = 60;
+  int max_iterations = 60;
   /// Convergence threshold of a step's predicted reduction of the cost, as a share of (1 + cost).
   /// The cost is in squared sigmas, so the rest is negligible.
   double enough = 1e-9;
@@ -48,17 +48,17 @@ struct Proposal {
 template <class Model, class State>
 DescentEnd Minimise(const Model& model, const DescentOptions& options, State& state) {
   constexpr double kFirstDamping = 1e-4;
-  constexpr double kLeastDamping = 1e-15;
-  constexpr double kMostDamping = 1e10;
+  constexpr double kMinDamping = 1e-15;
+  constexpr double kMaxDamping = 1e10;
   DescentEnd end;
   end.cost = model.Cost(state);
   double damping = kFirstDamping;
-  while (std::isfinite(end.cost) && !end.converged && end.iterations < options.most_iterations) {
+  while (std::isfinite(end.cost) && !end.converged && end.iterations < options.max_iterations) {
     ++end.iterations;
     const auto linearised = model.Linearise(state);
     bool accepted = false;
     while (!accepted) {
-      if (damping > kMostDamping) return end;
+      if (damping > kMaxDamping) return end;
       Proposal<State> next = model.Propose(linearised, damping, state);
       const double cost = model.Cost(next.state);
       const bool still = next.decrement < options.enough * (1 + end.cost);
@@ -68,7 +68,7 @@ DescentEnd Minimise(const Model& model, const DescentOptions& options, State& st
         state = std::move(next.state);
         end.cost = cost;
         end.converged = still;
-        damping = std::max(0.1 * damping, kLeastDamping);
+        damping = std::max(0.1 * damping, kMinDamping);
       } else {
         damping = std::max(damping, 1e-9) * 10;
       }

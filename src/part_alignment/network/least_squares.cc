@@ -45,7 +45,7 @@ LeastSquaresFit FitLeastSquares(const ResidualFunction& function, Eigen::VectorX
   LeastSquaresFit fit;
   fit.x = std::move(start);
   const DescentEnd end =
-      Minimise(ResidualModel{function}, {.most_iterations = 200, .enough = kEnough}, fit.x);
+      Minimise(ResidualModel{function}, {.max_iterations = 200, .enough = kEnough}, fit.x);
   fit.converged = end.converged;
   fit.iterations = end.iterations;
   (void)function(fit.x, fit.residuals, &fit.jacobian);

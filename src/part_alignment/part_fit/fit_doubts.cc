@@ -26,18 +26,18 @@ std::string Alike(const Problem& problem, const Motion& motion,
   }
   const double own_mm = Scatter_mm(problem, Linearise(problem, motion));
   constexpr double kAlike = 1.5;
-  const double most_mm = kAlike * own_mm + std::sqrt(square);
+  const double max_mm = kAlike * own_mm + std::sqrt(square);
   for (const FoundPlacement& other : others) {
     constexpr double kCoarse = 1.5;  // other fits use few points
-    if (other.scatter_mm > kCoarse * most_mm) continue;
+    if (other.scatter_mm > kCoarse * max_mm) continue;
     constexpr int kRounds = 15;
     const Motion there = FitSurfaces(problem, other.motion, kRounds);
     const double there_mm = Scatter_mm(problem, Linearise(problem, there));
-    if (there_mm > most_mm || SamePlacement(problem, motion, there)) continue;
+    if (there_mm > max_mm || SamePlacement(problem, motion, there)) continue;
     return fmt::format(
         "two placements fit alike: {} the stock allowances are uneven by {:.3f} mm instead of "
         "{:.3f} mm; say roughly which one it is (start)",
-        TurnWords(motion, there), there_mm, own_mm);
+        TurnText(motion, there), there_mm, own_mm);
   }
   return {};
 }
@@ -45,23 +45,23 @@ std::string Alike(const Problem& problem, const Motion& motion,
 // Explains why points do not belong to this mesh; empty if they may.
 std::string NotOnMesh(const Problem& problem, const PartFitOptions& options, const Motion& motion) {
   const double uneven_mm = Scatter_mm(problem, Linearise(problem, motion));
-  double most_mm = 0;
+  double max_mm = 0;
   std::set<const MeshDistance*> seen;
   for (const SurfaceContact& contact : problem.contacts) {
     if (contact.surface->kind != SurfaceKind::kMesh) continue;
-    most_mm = std::max(most_mm, std::abs(contact.surface->stock_allowance_mm));
+    max_mm = std::max(max_mm, std::abs(contact.surface->stock_allowance_mm));
     if (!seen.insert(contact.surface->mesh.get()).second) continue;
     constexpr double kOfDiameter = 1.0 / 50;
-    most_mm = std::max(most_mm, kOfDiameter * DiameterOf(*contact.surface->mesh));
+    max_mm = std::max(max_mm, kOfDiameter * DiameterOf(*contact.surface->mesh));
   }
-  if (options.most_uneven_mm) most_mm = *options.most_uneven_mm;
-  if (uneven_mm <= most_mm) return {};
+  if (options.max_uneven_mm) max_mm = *options.max_uneven_mm;
+  if (uneven_mm <= max_mm) return {};
   return fmt::format(
       "the points do not lie on the mesh: their stock allowances are uneven by {:.3f} mm (root "
       "mean square about their mean) wherever the part is placed, {:.3f} mm are accepted; another "
       "part, another "
       "unit, or most_uneven_mm for a raw part that is so uneven",
-      uneven_mm, most_mm);
+      uneven_mm, max_mm);
 }
 
 struct OnSurface {
@@ -84,7 +84,7 @@ double ExtentOf(const Problem& problem) {
 
 // A radius that is a diameter is off by half of itself, a length in inches by nearly all of it.
 double Accepted_mm(const PartFitOptions& options, const IdealSurface& surface, double extent_mm) {
-  if (options.most_uneven_mm) return *options.most_uneven_mm;
+  if (options.max_uneven_mm) return *options.max_uneven_mm;
   constexpr double kOfExtent = 1.0 / 50;
   constexpr double kOfRadius = 1.0 / 3;
   const double of_size_mm =
@@ -130,25 +130,25 @@ MeshDoubt DoubtOf(const PartFitInput& input, const PartFitOptions& options, cons
 
 FacetGuard GuardFacets(Problem& problem, const Linear& linear) {
   FacetGuard guard;
-  double least_sigma_mm = std::numeric_limits<double>::infinity();
+  double min_sigma_mm = std::numeric_limits<double>::infinity();
   bool surfaces_known = true;  // under every point
   for (std::size_t i = 0; i < problem.contacts.size(); ++i) {
     SurfaceContact& contact = problem.contacts[i];
     if (contact.surface->kind != SurfaceKind::kMesh) continue;
     const FacetError error = FacetErrorOf(*contact.surface->mesh, linear.triangles[i]);
     const double error_mm = error.left_mm.value_or(error.either_mm());
-    least_sigma_mm = std::min(least_sigma_mm, contact.sigma_mm);
+    min_sigma_mm = std::min(min_sigma_mm, contact.sigma_mm);
     surfaces_known = surfaces_known && error.left_mm.has_value();
-    contact.least_mm += error.left_mm.value_or(kFacetGuard * error.outward_mm);
+    contact.min_mm += error.left_mm.value_or(kFacetGuard * error.outward_mm);
     contact.sigma_mm = std::hypot(contact.sigma_mm, error_mm);
     guard.error_mm = std::max(guard.error_mm, error_mm);
-    const auto most_mm = contact.surface->most_facet_error_mm;
-    if (!most_mm || !(error_mm > *most_mm) || !guard.coarse.empty()) continue;
+    const auto max_mm = contact.surface->max_facet_error_mm;
+    if (!max_mm || !(error_mm > *max_mm) || !guard.coarse.empty()) continue;
     guard.coarse = fmt::format(
         "the mesh of {} is too coarse: under the points its triangles are up to {:.4f} mm off the "
         "surface that they stand for, most_facet_error_mm is {:.4f}; export it with a finer "
         "deflection",
-        contact.surface->id, error_mm, *most_mm);
+        contact.surface->id, error_mm, *max_mm);
   }
   constexpr double kShown_mm = 5e-5;
   if (!(guard.error_mm > kShown_mm)) return guard;
@@ -163,7 +163,7 @@ FacetGuard GuardFacets(Problem& problem, const Linear& linear) {
       "the triangles under the points are up to {:.4f} mm off the smooth surface that they stand "
       "for, which is in the guard and in the covariance{}",
       guard.error_mm,
-      guard.error_mm > least_sigma_mm
+      guard.error_mm > min_sigma_mm
           ? "; that is more than a point's sigma, and a finer deflection makes it less"
           : "");
   return guard;
@@ -232,11 +232,11 @@ std::string WildPoint(const PartFitInput& input, const Problem& problem, const M
     const double scatter_mm = RobustStandardDeviation(allowances);
     for (std::size_t k = 0; k < contacts.size(); ++k) {
       const SurfaceContact& contact = problem.contacts[contacts[k]];
-      const double most_mm = std::max({kScatters * scatter_mm, kSigmas * contact.sigma_mm,
-                                       kDents * std::abs(surface->stock_allowance_mm)});
+      const double max_mm = std::max({kScatters * scatter_mm, kSigmas * contact.sigma_mm,
+                                      kDents * std::abs(surface->stock_allowance_mm)});
       const double off_mm = std::abs(allowances[k] - middle_mm);
-      if (!(off_mm > worst * most_mm)) continue;
-      worst = off_mm / most_mm;
+      if (!(off_mm > worst * max_mm)) continue;
+      worst = off_mm / max_mm;
       words = fmt::format(
           "point {} is {:.3f} mm {} the other points of {}, which scatter by {:.3f} mm: measure it "
           "anew, name its own surface, or leave it out of the table",

@@ -113,18 +113,18 @@ std::vector<Matrix3d> SpreadRotations(int count) {
   return rotations;
 }
 
-FoundPlacement Refined(const Problem& problem, const Motion& start, int most_rounds) {
-  const Motion motion = FitSurfaces(problem, start, most_rounds);
+FoundPlacement Refined(const Problem& problem, const Motion& start, int max_rounds) {
+  const Motion motion = FitSurfaces(problem, start, max_rounds);
   return {motion, Scatter_mm(problem, Linearise(problem, motion))};
 }
 
 // Refines all, the most even first; retains the first of equal placements.
 std::vector<FoundPlacement> RefineAll(const Problem& problem,
-                                      const std::vector<FoundPlacement>& starts, int most_rounds) {
+                                      const std::vector<FoundPlacement>& starts, int max_rounds) {
   std::vector<FoundPlacement> refined(starts.size());
   ParallelFor(static_cast<int>(starts.size()), [&](int i) {
     const auto at = static_cast<std::size_t>(i);
-    refined[at] = Refined(problem, starts[at].motion, most_rounds);
+    refined[at] = Refined(problem, starts[at].motion, max_rounds);
   });
   std::stable_sort(
       refined.begin(), refined.end(),
@@ -232,7 +232,7 @@ bool SamePlacement(const Problem& problem, const Motion& a, const Motion& b) {
   return turn < kNear && (a(middle) - b(middle)).norm() < kNear * problem.size_mm;
 }
 
-std::string TurnWords(const Motion& from, const Motion& to) {
+std::string TurnText(const Motion& from, const Motion& to) {
   const Eigen::AngleAxisd turn(to.rotation * from.rotation.transpose());
   constexpr double kDegrees = 180 / std::numbers::pi;
   return fmt::format("turned by {:.1f}° about ({:.2f}, {:.2f}, {:.2f})", kDegrees * turn.angle(),
@@ -257,13 +257,13 @@ std::string OtherSize(const Problem& problem) {
     points[contact.surface->mesh.get()].push_back(contact.at_mm);
     names.try_emplace(contact.surface->mesh.get(), contact.surface->id);
   }
-  constexpr double kMostTimes = 3;
-  constexpr double kLeastPart = 1.0 / 8;  // fewer sides of a part do not hold it
+  constexpr double kMaxTimes = 3;
+  constexpr double kMinPart = 1.0 / 8;  // fewer sides of a part do not hold it
   for (const auto& [mesh, at_mm] : points) {
     const double measured_mm = ExtentOf(at_mm);
     const double mesh_mm = ExtentOf(mesh->mesh().vertices_mm);
     const double times = measured_mm / mesh_mm;
-    if (times <= kMostTimes && times >= kLeastPart) continue;
+    if (times <= kMaxTimes && times >= kMinPart) continue;
     std::string why;
     struct Unit {
       double factor;

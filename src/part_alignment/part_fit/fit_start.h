@@ -28,7 +28,7 @@ struct FoundPlacement {
 [[nodiscard]] bool SamePlacement(const Problem& problem, const Motion& a, const Motion& b);
 
 /// "turned by 180.0° about (0.00, 0.00, 1.00)": from one placement to the other.
-[[nodiscard]] std::string TurnWords(const Motion& from, const Motion& to);
+[[nodiscard]] std::string TurnText(const Motion& from, const Motion& to);
 
 /// Explains why points and their mesh differ in size; empty if they do not. Names factors that
 /// units explain.

@@ -90,7 +90,7 @@ TEST(MeshFit, ABlockOfTrianglesIsTheBlockOfItsPlanes) {
     UseMesh(mesh, Mesh(test::BoxMesh(kHalf_mm)));
     mesh.start = kIdealFromMeasured;
     PartFitOptions options;
-    options.least_stock_allowance_mm = 1.45;  // with its guard: active at some points
+    options.min_stock_allowance_mm = 1.45;  // with its guard: active at some points
     const auto by_planes = FitPart(planes, options);
     const auto by_mesh = FitPart(mesh, options);
     ASSERT_TRUE(by_planes && by_mesh);
@@ -100,7 +100,7 @@ TEST(MeshFit, ABlockOfTrianglesIsTheBlockOfItsPlanes) {
       EXPECT_LT((by_planes->targets[i].ideal_mm - by_mesh->targets[i].ideal_mm).norm(), 1e-6);
     }
     EXPECT_LT((by_planes->covariance - by_mesh->covariance).cwiseAbs().maxCoeff(), 1e-9);
-    EXPECT_NEAR(by_planes->least_mm, by_mesh->least_mm, 1e-6);
+    EXPECT_NEAR(by_planes->min_mm, by_mesh->min_mm, 1e-6);
     EXPECT_EQ(by_mesh->facet_error_mm, 0);
   }
 }
@@ -191,7 +191,7 @@ TEST(MeshFit, WhatCannotBeIsNamed) {
   PartFitInput input = Block(209);
   UseMesh(input, Mesh(test::BoxMesh(kHalf_mm)));
   PartFitOptions options;
-  options.most_uneven_mm = 0;
+  options.max_uneven_mm = 0;
   EXPECT_THAT(FitPart(input, options).error().message, HasSubstr("most_uneven_mm"));
   input.surfaces[0].mesh = nullptr;
   EXPECT_THAT(FitPart(input, {}).error().message, HasSubstr("has no mesh"));

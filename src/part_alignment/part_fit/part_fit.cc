@@ -39,9 +39,9 @@ Result<void> CheckMesh(const IdealSurface& surface) {
     return Fail(
         fmt::format("surface {}: overstock_mm is {}", surface.id, surface.stock_allowance_mm));
   }
-  if (surface.most_facet_error_mm && !(*surface.most_facet_error_mm > 0)) {
+  if (surface.max_facet_error_mm && !(*surface.max_facet_error_mm > 0)) {
     return Fail(fmt::format("surface {}: most_facet_error_mm is {}; it must be above 0", surface.id,
-                            *surface.most_facet_error_mm));
+                            *surface.max_facet_error_mm));
   }
   return {};
 }
@@ -49,11 +49,11 @@ Result<void> CheckMesh(const IdealSurface& surface) {
 // Checks that a surface's wanted allowance is at least the minimum for every point, else it would
 // never be reached.
 Result<void> CheckWanted(const IdealSurface& surface, const PartFitOptions& options) {
-  if (!(surface.stock_allowance_mm < std::min(0.0, options.least_stock_allowance_mm))) return {};
+  if (!(surface.stock_allowance_mm < std::min(0.0, options.min_stock_allowance_mm))) return {};
   return Fail(fmt::format(
       "surface {}: overstock_mm is {}, and every point must have {} mm: material outside of the "
       "ideal surface counts as positive",
-      surface.id, surface.stock_allowance_mm, options.least_stock_allowance_mm));
+      surface.id, surface.stock_allowance_mm, options.min_stock_allowance_mm));
 }
 
 Result<std::set<std::string>> CheckSurfaces(PartFitInput& input, const PartFitOptions& options) {
@@ -110,12 +110,12 @@ Result<std::set<std::string>> CheckPoints(const PartFitInput& input,
     }
     touched.insert(point.surface);
   }
-  constexpr std::size_t kMostTargets = 1000;  // their covariance has nine numbers for each pair
-  if (targets > kMostTargets) {
+  constexpr std::size_t kMaxTargets = 1000;  // their covariance has nine numbers for each pair
+  if (targets > kMaxTargets) {
     return Fail(
         fmt::format("{} points without a surface; at most {} can be targets: name the "
                     "surface of measured points",
-                    targets, kMostTargets));
+                    targets, kMaxTargets));
   }
   for (const std::string& surface : surfaces) {
     if (!touched.contains(surface)) {
@@ -129,16 +129,16 @@ Result<std::set<std::string>> CheckPoints(const PartFitInput& input,
 /// Returns the input with directions of length 1. Errors (kInput) as in FitPart.
 Result<PartFitInput> CheckedPartFit(const PartFitInput& input, const PartFitOptions& options) {
   PartFitInput checked = input;
-  if (options.most_uneven_mm && !(*options.most_uneven_mm > 0)) {
-    return Fail(fmt::format("most_uneven_mm is {}; it must be above 0", *options.most_uneven_mm));
+  if (options.max_uneven_mm && !(*options.max_uneven_mm > 0)) {
+    return Fail(fmt::format("most_uneven_mm is {}; it must be above 0", *options.max_uneven_mm));
   }
-  if (!std::isfinite(options.least_stock_allowance_mm) ||
+  if (!std::isfinite(options.min_stock_allowance_mm) ||
       !(options.guard_sigmas >= 0 && options.guard_sigmas <= 10) ||
-      !(options.most_scale_change >= 0 && options.most_scale_change <= 0.1)) {
+      !(options.max_scale_change >= 0 && options.max_scale_change <= 0.1)) {
     return Fail(fmt::format(
         "least stock allowance {} mm, guard {} sigmas (0 … 10), scale change {} "
         "(0 … 0.1)",
-        options.least_stock_allowance_mm, options.guard_sigmas, options.most_scale_change));
+        options.min_stock_allowance_mm, options.guard_sigmas, options.max_scale_change));
   }
   constexpr double kThickest_mm = 10;
   if (!(options.target_thickness_mm >= 0 && options.target_thickness_mm <= kThickest_mm) ||
@@ -213,11 +213,11 @@ BarScale ScaleOf(const PartFitInput& input, const PartFitOptions& options) {
   }
   found.covariance = by_sigma * by_sigma.transpose();
   BarScale result = TestBars(found);
-  if (result.fault.empty() && !(std::abs(result.scale - 1) <= options.most_scale_change)) {
+  if (result.fault.empty() && !(std::abs(result.scale - 1) <= options.max_scale_change)) {
     result.fault = fmt::format(
         "the scale bars ask for a scale of {:.6f}, at most {:g} from 1 is accepted: a bar's "
         "length, its ends or the unit of the table are wrong",
-        result.scale, options.most_scale_change);
+        result.scale, options.max_scale_change);
   }
   return result;
 }
@@ -244,7 +244,7 @@ std::optional<Step> EvenStep(const Problem& problem, const Linear& linear, const
   return Step{geometry::SolveUpper(root.transpose(), z - q), nearest->binding};
 }
 
-constexpr int kMostRounds = 60;
+constexpr int kMaxRounds = 60;
 constexpr double kStill_mm = 1e-9;
 
 // Finds the placement whose worst point has the most stock allowance, by bisection on that amount.
@@ -277,11 +277,11 @@ void NoteStockAllowances(const PartFitInput& input, const Problem& problem, cons
   for (std::size_t i = 0; i < problem.contacts.size(); ++i) {
     const SurfaceContact& contact = problem.contacts[i];
     fit.stock_allowances.push_back({contact.point, linear.stock_allowance_mm[static_cast<Index>(i)],
-                                    contact.surface->stock_allowance_mm, contact.least_mm, false,
+                                    contact.surface->stock_allowance_mm, contact.min_mm, false,
                                     linear.by_motion.row(static_cast<Index>(i)).head<3>()});
   }
   for (const Index i : binding) fit.stock_allowances[static_cast<std::size_t>(i)].binding = true;
-  fit.least_mm = linear.stock_allowance_mm.minCoeff();
+  fit.min_mm = linear.stock_allowance_mm.minCoeff();
   fit.mean_mm = linear.stock_allowance_mm.mean();
   fit.uneven_mm = Uneven_mm(problem, linear);
   for (const MeasuredPoint& point : input.points) {
@@ -349,16 +349,16 @@ PartFit Refuse(const PartFitInput& input, const Problem& problem, const Motion& 
   fit.targets.clear();
   std::string where;
   constexpr double kNearlyWorst_mm = 1e-3;
-  constexpr int kMostNamed = 12;
+  constexpr int kMaxNamed = 12;
   int worst = 0;
   for (const PointStockAllowance& at : fit.stock_allowances) {
-    if (at.stock_allowance_mm - at.least_mm > -missing_mm + kNearlyWorst_mm) continue;
-    if (++worst > kMostNamed) continue;
+    if (at.stock_allowance_mm - at.min_mm > -missing_mm + kNearlyWorst_mm) continue;
+    if (++worst > kMaxNamed) continue;
     const MeasuredPoint& point = input.points[at.point];
     where += fmt::format("{}{} ({}, {:+.3f} mm)", where.empty() ? "" : ", ", point.id,
                          point.surface, at.stock_allowance_mm);
   }
-  if (worst > kMostNamed) where += fmt::format(" and {} more", worst - kMostNamed);
+  if (worst > kMaxNamed) where += fmt::format(" and {} more", worst - kMaxNamed);
   fit.verdict = Verdict::kRefused;
   fit.reason = fmt::format(
       "no placement leaves enough material everywhere: at best {:.3f} mm are missing, at {}",
@@ -414,7 +414,7 @@ Begun Begin(const PartFitInput& input, const Problem& problem) {
     begun.reason = fmt::format(
         "from the start that is given the fit ends with stock allowances uneven by {:.3f} mm; "
         "{} they are by {:.3f} mm: correct the start, or leave it out",
-        here_mm, TurnWords(*begun.motion, found.front().motion), found.front().scatter_mm);
+        here_mm, TurnText(*begun.motion, found.front().motion), found.front().scatter_mm);
   }
   return begun;
 }
@@ -433,7 +433,7 @@ Rest EvenPlacement(const Problem& problem, Motion motion) {
   VectorXd least = Least(problem);
   double share = 1;
   double before_mm = std::numeric_limits<double>::infinity();
-  for (int round = 0; round < kMostRounds; ++round) {
+  for (int round = 0; round < kMaxRounds; ++round) {
     const Linear linear = Linearise(problem, rest.motion);
     const auto step = EvenStep(problem, linear, least);
     if (!step) {
@@ -450,8 +450,8 @@ Rest EvenPlacement(const Problem& problem, Motion motion) {
   }
   if (!problem.has_mesh) return rest;
   constexpr double kHolds_mm = 1e-7;
-  constexpr int kMostMends = 20;
-  for (int mend = 0; mend < kMostMends; ++mend) {
+  constexpr int kMaxMends = 20;
+  for (int mend = 0; mend < kMaxMends; ++mend) {
     const Linear linear = Linearise(problem, rest.motion);
     const double missing_mm = (Least(problem) - linear.stock_allowance_mm).maxCoeff();
     if (missing_mm <= kHolds_mm) break;

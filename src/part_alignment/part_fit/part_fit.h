@@ -41,7 +41,7 @@ struct IdealSurface {
   std::shared_ptr<const MeshDistance> mesh = {};
   /// Upper limit of the triangles' error under the points, > 0; coarser triangles make the verdict
   /// cannot_tell.
-  std::optional<double> most_facet_error_mm = {};
+  std::optional<double> max_facet_error_mm = {};
 };
 
 /// Scale bar: two points at a calibrated distance.
@@ -61,7 +61,7 @@ struct PartFitInput {
 };
 
 struct PartFitOptions {
-  double least_stock_allowance_mm = 0;
+  double min_stock_allowance_mm = 0;
   /// Height of the targets' measured faces over the surfaces that they are stuck to: subtracted
   /// along the normals. 0 for points of the surfaces themselves; up to 10.
   double target_thickness_mm = 0;
@@ -69,19 +69,19 @@ struct PartFitOptions {
   /// Number of the point's sigmas by which stock allowance must exceed its minimum.
   double guard_sigmas = 2;
   /// Upper limit of |scale - 1|; beyond it something other than scale is wrong.
-  double most_scale_change = 1e-3;
+  double max_scale_change = 1e-3;
   /// Upper limit of unevenness (root mean square); beyond it the points are not this part's. Taken
   /// of all points on meshes about their mean, of those of each other surface about the wanted
   /// allowance. Absent: the wanted stock allowance or, where that is more, a fiftieth of the mesh's
   /// diameter or, for planes, of the points' extent, and a third of a shaft's or bore's radius.
-  std::optional<double> most_uneven_mm;
+  std::optional<double> max_uneven_mm;
 };
 
 struct PointStockAllowance {
   std::size_t point = 0;  ///< index into the input
   double stock_allowance_mm = 0;
   double wanted_mm = 0;
-  double least_mm = 0;   ///< including the guard
+  double min_mm = 0;     ///< including the guard
   bool binding = false;  ///< the placement rests on it
   /// Surface normal at its point nearest to the measured one, in the ideal part's frame.
   Eigen::Vector3d outward = Eigen::Vector3d::Zero();
@@ -103,7 +103,7 @@ struct PartFit {
   AdjustmentCheck check;  ///< points with a surface
   std::vector<PointStockAllowance>
       stock_allowances;  ///< points with a surface; best placement if refused
-  double least_mm = 0;
+  double min_mm = 0;
   double mean_mm = 0;
   double uneven_mm = 0;  ///< root mean square of stock allowance less wanted, each surface alike
   /// Largest deviation, to either side, of the triangles under the points from the true surface; of

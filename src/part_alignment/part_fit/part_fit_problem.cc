@@ -99,9 +99,9 @@ VectorXd SolveFor(const MatrixXd& e, const VectorXd& f, const std::vector<Index>
 VectorXd NonNegative(const MatrixXd& e, const VectorXd& f) {
   VectorXd u = VectorXd::Zero(e.cols());
   std::vector<Index> passive;
-  const Index most_rounds = 3 * e.cols() + 100;
+  const Index max_rounds = 3 * e.cols() + 100;
   constexpr double kEnough = 1e-12;
-  for (Index round = 0; round < most_rounds; ++round) {
+  for (Index round = 0; round < max_rounds; ++round) {
     VectorXd gradient = e.transpose() * (f - e * u);
     for (const Index i : passive) gradient[i] = 0;
     Index enters = 0;
@@ -189,7 +189,7 @@ VectorXd Weights(const Problem& problem) {
 VectorXd Least(const Problem& problem) {
   VectorXd least(std::ssize(problem.contacts));
   for (Index i = 0; i < least.size(); ++i) {
-    least[i] = problem.contacts[static_cast<std::size_t>(i)].least_mm;
+    least[i] = problem.contacts[static_cast<std::size_t>(i)].min_mm;
   }
   return least;
 }
@@ -240,7 +240,7 @@ Problem ProblemOf(const PartFitInput& input, const PartFitOptions& options, doub
     if (point.surface.empty()) continue;
     problem.contacts.push_back(
         {i, surfaces[point.surface], scale * point.at_mm,
-         options.least_stock_allowance_mm +
+         options.min_stock_allowance_mm +
              options.guard_sigmas * std::hypot(point.sigma_mm, problem.thickness_sigma_mm),
          point.sigma_mm, 1});
   }
@@ -296,10 +296,10 @@ std::optional<LeastDistance> SolveLeastDistance(const MatrixXd& rows, const Vect
   return nearest;
 }
 
-Motion FitSurfaces(const Problem& problem, Motion motion, int most_rounds) {
+Motion FitSurfaces(const Problem& problem, Motion motion, int max_rounds) {
   constexpr double kStill_mm = 1e-9;
   // Fraction of the cost; the steps under the least stock allowance cover the remaining distance.
-  const double least_gain = problem.has_mesh ? 1e-6 : 0;
+  const double min_gain = problem.has_mesh ? 1e-6 : 0;
   const Eigen::VectorXd weights = Weights(problem);
   const Eigen::VectorXd wanted = Wanted(problem);
   const auto cost_of = [&](const Linear& linear) {
@@ -308,7 +308,7 @@ Motion FitSurfaces(const Problem& problem, Motion motion, int most_rounds) {
   Linear linear = Linearise(problem, motion);
   double cost = cost_of(linear);
   double damping = 1e-3;
-  for (int round = 0; round < most_rounds && damping < 1e12; ++round) {
+  for (int round = 0; round < max_rounds && damping < 1e12; ++round) {
     const Eigen::MatrixXd weighted = weights.asDiagonal() * linear.by_motion;
     Eigen::Matrix<double, 6, 6> normal = linear.by_motion.transpose() * weighted;
     normal.diagonal().array() += damping * normal.trace() / 6;
@@ -318,7 +318,7 @@ Motion FitSurfaces(const Problem& problem, Motion motion, int most_rounds) {
     Linear there = Linearise(problem, trial);
     const double reached = cost_of(there);
     if (reached <= cost) {
-      const bool enough = cost - reached < least_gain * cost;
+      const bool enough = cost - reached < min_gain * cost;
       motion = trial;
       linear = std::move(there);
       cost = reached;

@@ -29,7 +29,7 @@ struct SurfaceContact {
   std::size_t point = 0;
   const IdealSurface* surface = nullptr;
   Eigen::Vector3d at_mm;  ///< scaled
-  double least_mm = 0;
+  double min_mm = 0;
   double sigma_mm = 0;
   double weight = 1;
 };
@@ -100,6 +100,6 @@ struct LeastDistance {
 
 /// Fits to the wanted allowances, damped, ignoring the minimum stock allowance. On triangles, whose
 /// normals jump, it ends when a round gains next to nothing.
-[[nodiscard]] Motion FitSurfaces(const Problem& problem, Motion motion, int most_rounds = 240);
+[[nodiscard]] Motion FitSurfaces(const Problem& problem, Motion motion, int max_rounds = 240);
 
 }  // namespace trammel::part_alignment

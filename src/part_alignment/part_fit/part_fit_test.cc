@@ -79,7 +79,7 @@ TEST(PartFit, AnEvenBlockIsPlacedExactlyFromAnywhere) {
   const auto fit = FitPart(EvenBlock(), {});
   ASSERT_TRUE(fit) << fit.error().message;
   ASSERT_EQ(fit->verdict, Verdict::kGood) << fit->reason;
-  EXPECT_NEAR(fit->least_mm, kWanted_mm, 1e-9);
+  EXPECT_NEAR(fit->min_mm, kWanted_mm, 1e-9);
   EXPECT_LT(fit->uneven_mm, 1e-9);
   ASSERT_EQ(fit->targets.size(), 4U);
   EXPECT_LT((fit->targets[0].ideal_mm - Vector3d(-350, -200, 160)).norm(), 1e-9);
@@ -93,7 +93,7 @@ TEST(PartFit, SubtractsTheTargetsThicknessAlongTheNormals) {
   const auto fit = FitPart(Block({3.1, 3.1, 3.1, 3.1, 3.1, 3.1}), options);
   ASSERT_TRUE(fit) << fit.error().message;
   ASSERT_EQ(fit->verdict, Verdict::kGood) << fit->reason;
-  EXPECT_NEAR(fit->least_mm, kWanted_mm, 1e-9);
+  EXPECT_NEAR(fit->min_mm, kWanted_mm, 1e-9);
   EXPECT_LT((fit->targets[0].ideal_mm - Vector3d(-350, -200, 160)).norm(), 1e-9);
   EXPECT_THAT(fit->notices, Contains(HasSubstr("0.100 mm")));
   // An error that all targets have moves no block that is measured from both sides; the guard
@@ -102,7 +102,7 @@ TEST(PartFit, SubtractsTheTargetsThicknessAlongTheNormals) {
   const auto doubted = FitPart(Block({3.1, 3.1, 3.1, 3.1, 3.1, 3.1}), options);
   ASSERT_TRUE(doubted);
   EXPECT_LT((doubted->covariance - fit->covariance).cwiseAbs().maxCoeff(), 1e-9);
-  EXPECT_NEAR(doubted->stock_allowances[0].least_mm, 2 * std::hypot(kSigma_mm, 0.05), 1e-12);
+  EXPECT_NEAR(doubted->stock_allowances[0].min_mm, 2 * std::hypot(kSigma_mm, 0.05), 1e-12);
   options.target_thickness_mm = -0.1;
   const auto refused = FitPart(EvenBlock(), options);
   ASSERT_FALSE(refused);
@@ -115,10 +115,10 @@ TEST(PartFit, ADentIsCoveredAndThePlacementRestsOnIt) {
   const auto fit = FitPart(input, {});
   ASSERT_TRUE(fit);
   ASSERT_EQ(fit->verdict, Verdict::kGood) << fit->reason;
-  EXPECT_NEAR(fit->least_mm, 2 * kSigma_mm, 1e-7) << "the guard of two sigmas, and no more";
+  EXPECT_NEAR(fit->min_mm, 2 * kSigma_mm, 1e-7) << "the guard of two sigmas, and no more";
   int binding = 0;
   for (const PointStockAllowance& at : fit->stock_allowances) {
-    EXPECT_GE(at.stock_allowance_mm, at.least_mm - 1e-7);
+    EXPECT_GE(at.stock_allowance_mm, at.min_mm - 1e-7);
     if (!at.binding) continue;
     ++binding;
     EXPECT_EQ(input.points[at.point].id, "+x4");
@@ -152,7 +152,7 @@ TEST(PartFit, NoNearbyPlacementIsBothSafeAndMoreEven) {
       const Vector3d ideal =
           moved * input.points[at.point].at_mm + fit->ideal_from_measured.translation_mm + shift;
       const double proud_mm = face.direction.normalized().dot(ideal - face.middle_mm);
-      covered = covered && proud_mm >= at.least_mm;
+      covered = covered && proud_mm >= at.min_mm;
       sum += (proud_mm - kWanted_mm) * (proud_mm - kWanted_mm);
     }
     safe += covered ? 1 : 0;
@@ -203,7 +203,7 @@ TEST(PartFit, ABoreAndAShaftAreSurfacesToo) {
   const auto fit = FitPart(input, {});
   ASSERT_TRUE(fit) << fit.error().message;
   ASSERT_EQ(fit->verdict, Verdict::kGood) << fit->reason;
-  EXPECT_NEAR(fit->least_mm, 2, 1e-8);
+  EXPECT_NEAR(fit->min_mm, 2, 1e-8);
   EXPECT_LT(fit->uneven_mm, 1e-8);
 }
 
@@ -217,7 +217,7 @@ TEST(PartFit, RefusesSurfacesThatAreNotTheirPoints) {
   EXPECT_THAT(fit->reason, HasSubstr("middle_mm"));
   EXPECT_TRUE(fit->targets.empty());
   PartFitOptions options;
-  options.most_uneven_mm = 110;
+  options.max_uneven_mm = 110;
   fit = FitPart(input, options);
   ASSERT_TRUE(fit);
   EXPECT_EQ(fit->verdict, Verdict::kGood) << fit->reason;

@@ -74,7 +74,7 @@ void Note(const FoundBars& found, const Tested& tested, Index i, bool used, BarS
                      length_mm * tested.detectable[i]};
 }
 
-std::string LongerWords(double misclosure_mm) {
+std::string LongerText(double misclosure_mm) {
   return fmt::format("{:.3f} mm {}", std::abs(misclosure_mm),
                      misclosure_mm < 0 ? "longer" : "shorter");
 }
@@ -97,7 +97,7 @@ std::string FaultOf(const FoundBars& found, const Tested& all, const BarScale& s
       "the scale bars contradict one another: {}-{} is {} than by the others ({:.1f} sigmas)",
       found.bars[static_cast<std::size_t>(all.of[static_cast<std::size_t>(worst)])].from,
       found.bars[static_cast<std::size_t>(all.of[static_cast<std::size_t>(worst)])].to,
-      LongerWords(of_worst.misclosure_mm), std::abs(of_worst.test));
+      LongerText(of_worst.misclosure_mm), std::abs(of_worst.test));
   if (suspects.empty()) {
     words += ", and without it others still do";
   } else {
@@ -138,7 +138,7 @@ BarScale TestBars(const FoundBars& found) {
     scale.notices.push_back(
         fmt::format("the scale bar {} is {} than by the others ({:.1f} sigmas): it is left out",
                     NameOf(found.bars[static_cast<std::size_t>(wrong)]),
-                    LongerWords(left_out.misclosure_mm), std::abs(left_out.test)));
+                    LongerText(left_out.misclosure_mm), std::abs(left_out.test)));
   }
   scale.scale = std::exp(used.ln_scale);
   scale.sigma = scale.scale * used.sigma;

@@ -79,10 +79,10 @@ double LooksLike_mm(const std::vector<DiscObservation>& observations) {
 /// Explains why the discs contradict their description; empty if they do not.
 std::string Contradiction(const std::vector<DiscObservation>& observations,
                           const TargetDisc& disc) {
-  constexpr double kMostShapeError = 0.02;  // 1 - cos(11 degrees)
-  constexpr double kMostRadiusError = 0.1;  // a fifth of the correction
+  constexpr double kMaxShapeError = 0.02;  // 1 - cos(11 degrees)
+  constexpr double kMaxRadiusError = 0.1;  // a fifth of the correction
   const double shape_error = ShapeError(observations);
-  if (shape_error > kMostShapeError) {
+  if (shape_error > kMaxShapeError) {
     return fmt::format(
         "the discs do not look as discs with the normal ({:.3g}, {:.3g}, {:.3g}) would (their axes "
         "differ by {:.0f} %): state the targets' normal in the part's frame, or leave the centres "
@@ -90,7 +90,7 @@ std::string Contradiction(const std::vector<DiscObservation>& observations,
         disc.normal.x(), disc.normal.y(), disc.normal.z(), 100 * shape_error);
   }
   const double seen_mm = LooksLike_mm(observations);
-  if (disc.radius_mm > 0 && std::abs(seen_mm - disc.radius_mm) > kMostRadiusError * seen_mm) {
+  if (disc.radius_mm > 0 && std::abs(seen_mm - disc.radius_mm) > kMaxRadiusError * seen_mm) {
     return fmt::format(
         "the discs look as if their radius were {:.2f} mm, {:.2f} is stated: state the true one or "
         "none, or check the camera's focal length and the targets' coordinates",

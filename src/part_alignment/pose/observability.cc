@@ -94,14 +94,14 @@ double Breadth(const PoseProblem& problem) {
 
 /// Computes the spread of the targets' distances from the spindle's nose, relative to their median.
 double DistanceSpread(const PoseProblem& problem, const Theta& theta) {
-  double least_mm = std::numeric_limits<double>::infinity();
-  double most_mm = 0;
+  double min_mm = std::numeric_limits<double>::infinity();
+  double max_mm = 0;
   for (const WeightedObservation& observation : problem.observations) {
     const double away_mm = LeverOf(observation, theta).spindle_mm.norm();
-    least_mm = std::min(least_mm, away_mm);
-    most_mm = std::max(most_mm, away_mm);
+    min_mm = std::min(min_mm, away_mm);
+    max_mm = std::max(max_mm, away_mm);
   }
-  return most_mm > 0 ? 2 * (most_mm - least_mm) / (most_mm + least_mm) : 0;
+  return max_mm > 0 ? 2 * (max_mm - min_mm) / (max_mm + min_mm) : 0;
 }
 
 /// Explains why a direction is unobservable or weak; empty without a simple reason.
@@ -166,8 +166,8 @@ Eigen::MatrixXd Separated(Eigen::MatrixXd directions) {
 
 /// Names the unknowns in a direction that cannot be separated.
 /// @param seen  the direction is known, but not well enough
-std::string Told(const std::vector<std::string>& names, const std::vector<bool>& involved,
-                 bool seen) {
+std::string NamesText(const std::vector<std::string>& names, const std::vector<bool>& involved,
+                      bool seen) {
   std::vector<std::string> part;
   std::vector<std::string> clamping;
   for (std::size_t i = 0; i < names.size(); ++i) {
@@ -200,7 +200,7 @@ std::string Words(const PoseProblem& problem, const Theta& theta, const Eigen::M
     }
     const std::string why = Why(problem, theta, involved);
     text += fmt::format("{}{}{}", text.empty() ? "" : "; ",
-                        Told(names, involved, std::isfinite(weakest_sigma_mm)),
+                        NamesText(names, involved, std::isfinite(weakest_sigma_mm)),
                         why.empty() || why == last_why ? "" : ": " + why);
     last_why = why;
   }

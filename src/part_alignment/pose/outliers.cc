@@ -165,13 +165,13 @@ Outliers ByRobustLoss(const PoseProblem& problem, const Fit& all,
 
 Outliers FindOutliers(const PoseProblem& problem, const Fit& all,
                       const std::vector<std::string>& labels) {
-  constexpr std::size_t kMostOneByOne = 60;
-  constexpr std::size_t kMostForPairs = 20;
+  constexpr std::size_t kMaxOneByOne = 60;
+  constexpr std::size_t kMaxForPairs = 20;
   const std::size_t count = problem.observations.size();
-  if (count <= kMostOneByOne) {
+  if (count <= kMaxOneByOne) {
     std::vector<std::vector<Suspicion>> kinds{SingleObservations(problem, labels),
                                               Groups(problem, labels)};
-    if (count <= kMostForPairs) {
+    if (count <= kMaxForPairs) {
       kinds.push_back(Pairs(problem, labels));
     }
     for (const std::vector<Suspicion>& kind : kinds) {

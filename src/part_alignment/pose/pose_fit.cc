@@ -65,12 +65,12 @@ Theta Step(const Normal& normal, double damping) {
 }  // namespace
 
 Descent Descend(const PoseProblem& problem, const Theta& start, const CauchyLoss& loss) {
-  constexpr int kMostSteps = 60;
+  constexpr int kMaxSteps = 60;
   constexpr double kStill = 1e-16;    // change of squared sigmas
   constexpr double kRounding = 1e-9;  // chi-square increase within rounding error
   constexpr double kFirstDamping = 1e-4;
-  constexpr double kLeastDamping = 1e-7;
-  constexpr double kMostDamping = 1e12;
+  constexpr double kMinDamping = 1e-7;
+  constexpr double kMaxDamping = 1e12;
   Descent descent{start, std::numeric_limits<double>::infinity(), 0, false};
   Normal here;
   if (!Build(problem, start, loss, here)) {
@@ -78,7 +78,7 @@ Descent Descend(const PoseProblem& problem, const Theta& start, const CauchyLoss
   }
   Normal there;
   double damping = 0;
-  while (descent.steps < kMostSteps && damping < kMostDamping) {
+  while (descent.steps < kMaxSteps && damping < kMaxDamping) {
     const Theta step = Step(here, damping);
     const double promised = step.dot(here.right);
     const Theta next = descent.theta + step;
@@ -88,7 +88,7 @@ Descent Descend(const PoseProblem& problem, const Theta& start, const CauchyLoss
     if (seen && (there.chi_square <= here.chi_square || still)) {
       descent.theta = next;
       here = there;
-      damping = damping / 10 < kLeastDamping ? 0 : damping / 10;
+      damping = damping / 10 < kMinDamping ? 0 : damping / 10;
     } else if (promised < kRounding * (1e-6 + here.chi_square) && damping == 0) {
       descent.converged = true;
       break;

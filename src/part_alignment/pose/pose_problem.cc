@@ -411,10 +411,10 @@ Result<PoseProblem> MakeProblem(const Measurement& measurement, const Unknowns& 
                                       found->second});
     }
   }
-  constexpr std::size_t kMostObservations = 20000;
-  if (problem.observations.size() > kMostObservations) {
+  constexpr std::size_t kMaxObservations = 20000;
+  if (problem.observations.size() > kMaxObservations) {
     return Fail(fmt::format("{} observations, at most {} can be solved for at once",
-                            problem.observations.size(), kMostObservations));
+                            problem.observations.size(), kMaxObservations));
   }
   if (problem.observations.empty()) {
     return Fail("no view has an observation: take pictures with targets in them");
@@ -427,12 +427,12 @@ namespace {
 Result<void> ValidateInputs(const SolveOptions& options, double target_mm,
                             std::size_t target_count) {
   TRY(Validate(options.inputs));
-  constexpr std::size_t kMostUncertain = 300;  // 900 errors that observations share
-  if ((options.target_covariance || target_mm > 0) && target_count > kMostUncertain) {
+  constexpr std::size_t kMaxUncertain = 300;  // 900 errors that observations share
+  if ((options.target_covariance || target_mm > 0) && target_count > kMaxUncertain) {
     return Fail(
         fmt::format("{} targets are uncertain, at most {} can be counted: leave out what "
                     "is not seen{}",
-                    target_count, kMostUncertain,
+                    target_count, kMaxUncertain,
                     options.inputs.target_mm || options.target_covariance
                         ? ""
                         : ", or state target_mm: 0 if they are exact"));

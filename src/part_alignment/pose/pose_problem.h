@@ -15,13 +15,13 @@
 
 namespace trammel::part_alignment {
 
-constexpr int kMostUnknowns = 15;
+constexpr int kMaxUnknowns = 15;
 /// Values of the unknowns: x y z (mm) alpha beta gamma (rad), then the optional ones, in the order
 /// of Unknowns. No heap: the hot path makes many.
-using Theta = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMostUnknowns, 1>;
+using Theta = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMaxUnknowns, 1>;
 using ThetaMatrix =
-    Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMostUnknowns, kMostUnknowns>;
-using ObservationDerivative = Eigen::Matrix<double, 2, Eigen::Dynamic, 0, 2, kMostUnknowns>;
+    Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMaxUnknowns, kMaxUnknowns>;
+using ObservationDerivative = Eigen::Matrix<double, 2, Eigen::Dynamic, 0, 2, kMaxUnknowns>;
 
 /// Index of each unknown in Theta; -1: not solved for.
 struct Layout {

@@ -200,7 +200,7 @@ std::string Describe(const CandidateView& view, const std::vector<PartTarget>& t
 
 std::string AdviseViews(const PoseProblem& problem, const Theta& theta,
                         const std::vector<PartTarget>& targets, double limit_mm) {
-  constexpr int kMostViews = 4;
+  constexpr int kMaxViews = 4;
   const Layout layout = LayoutOf(problem.unknowns);
   const MiddleFrame frame =
       MiddleFrameOf(problem, geometry::RotationFromAngles(theta.segment<3>(3)));
@@ -236,7 +236,7 @@ std::string AdviseViews(const PoseProblem& problem, const Theta& theta,
   ThetaMatrix information = jacobian.transpose() * jacobian;
   std::string text;
   double weakest_mm = WeakestSigma(information);
-  for (int i = 0; i < kMostViews && weakest_mm > limit_mm; ++i) {
+  for (int i = 0; i < kMaxViews && weakest_mm > limit_mm; ++i) {
     const Choice choice = Best(candidates, information);
     information = choice.information;
     weakest_mm = choice.weakest_mm;

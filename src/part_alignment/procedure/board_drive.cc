@@ -26,12 +26,12 @@ using part_alignment::BoardView;
 using part_alignment::MachineBox;
 using part_alignment::View;
 
-constexpr std::size_t kLeastMarks = part_alignment::kLeastMarksInView;
-constexpr std::size_t kLeastFirstMarks = 8;  // in the first picture, base of all other plans
+constexpr std::size_t kMinMarks = part_alignment::kMinMarksInView;
+constexpr std::size_t kMinFirstMarks = 8;  // in the first picture, base of all other plans
 constexpr double kHalfTurn_deg = 180;
-constexpr int kLeastTurnedBack = 5;  // pictures: one at each height
+constexpr int kMinTurnedBack = 5;  // pictures: one at each height
 // Margin around the given places, for a camera beside the spindle's axis after a turn.
-constexpr double kAroundTold_mm = 20;
+constexpr double kAroundStated_mm = 20;
 
 std::string Text(const MachineBox& box) {
   return fmt::format("X {:.1f} … {:.1f}, Y {:.1f} … {:.1f}, Z {:.1f} … {:.1f} mm", box.low_mm.x(),
@@ -123,7 +123,7 @@ class Driving {
     std::vector<int> rounds = {options_.pictures};
     if (options_.half_turn) {
       rounds.push_back(options_.pictures / 2);
-      rounds.push_back(std::max(options_.pictures / 4, kLeastTurnedBack));
+      rounds.push_back(std::max(options_.pictures / 4, kMinTurnedBack));
     }
     return rounds;
   }
@@ -165,11 +165,11 @@ class Driving {
     AddViews({start_mm_});
     TRY(TakeView(0, views_[0], hooks_, OnSeen()));
     const BoardView& first = board_.views.front();
-    if (first.observations.size() < kLeastFirstMarks) {
+    if (first.observations.size() < kMinFirstMarks) {
       return Fail(
           fmt::format("the picture from here shows {} of the sheet's {} marks, and {} are needed: "
                       "bring the board into view, look at focus and light, and at the sheet's file",
-                      first.observations.size(), options_.marks.size(), kLeastFirstMarks),
+                      first.observations.size(), options_.marks.size(), kMinFirstMarks),
           ErrorKind::kMeasurement);
     }
     std::vector<double> radii;
@@ -226,7 +226,7 @@ class Driving {
       shop_.tell(
           fmt::format("turns     by half a turn behind {} of them, and back behind {}: the "
                       "camera's cable has to follow; there it may go {:g} mm farther aside",
-                      rounds[0], rounds[0] + rounds[1], kAroundTold_mm));
+                      rounds[0], rounds[0] + rounds[1], kAroundStated_mm));
     }
     for (const std::string& notice : first.notices) shop_.tell("notice    " + notice);
     return Ask(
@@ -245,22 +245,22 @@ class Driving {
   Result<void> TakeTurnedRound(BoardSketch sketch, int pictures) {
     part_alignment::BoardPoseOptions options = PoseOptions(pictures);
     MachineBox around = told_;
-    around.low_mm.head<2>().array() -= kAroundTold_mm;
-    around.high_mm.head<2>().array() += kAroundTold_mm;
+    around.low_mm.head<2>().array() -= kAroundStated_mm;
+    around.high_mm.head<2>().array() += kAroundStated_mm;
     options.room = Common(options.room, around);
     const double turn_rad = std::numbers::pi;
     const auto plain = TRY(PlanBoardPoses(sketch, turn_rad, start_mm_, options));
     TRY(Drive({plain.spindle_mm.front()}));
     const BoardView& view = board_.views.back();
-    if (view.observations.size() < kLeastMarks) {
+    if (view.observations.size() < kMinMarks) {
       return Fail(
           "behind half a turn the board is no longer in view: the camera sits far beside "
           "the spindle's axis; begin higher, or leave --half-turn out and state its place",
           ErrorKind::kMeasurement);
     }
     const double off_px = ShiftSketch(view, turn_rad, sketch);
-    constexpr double kMostOff = 0.1;  // of the picture's width; a manual turn may be 6 degrees off
-    if (off_px > kMostOff * board_.camera.width_px) {
+    constexpr double kMaxOff = 0.1;  // of the picture's width; a manual turn may be 6 degrees off
+    if (off_px > kMaxOff * board_.camera.width_px) {
       return Fail(fmt::format("the picture behind half a turn is {:.0f} px beside what a camera "
                               "sees that turned with the spindle: did both turn by 180 degrees?",
                               off_px),
@@ -364,11 +364,11 @@ class Driving {
     }
     TRY(shop_.keep_views(board_));
     const std::size_t marks = view.observations.size();
-    const bool few = marks < kLeastMarks;
+    const bool few = marks < kMinMarks;
     left_out_ += few ? 1 : 0;
     shop_.tell(fmt::format("view {}{}: {} marks{}", number + 1,
                            planned_ > 0 ? fmt::format(" of {}", first_ + planned_) : "", marks,
-                           few ? fmt::format("; fewer than {}, it is left out", kLeastMarks) : ""));
+                           few ? fmt::format("; fewer than {}, it is left out", kMinMarks) : ""));
     for (const std::string& notice : notices) shop_.tell("notice    " + notice);
     return number == 0 ? Result<void>() : CheckEnough(left_out_);
   }
@@ -379,7 +379,7 @@ class Driving {
     return Fail(fmt::format("{} of {} planned pictures show fewer than {} marks of the sheet: look "
                             "at light and reflections, at what lies on the board, and at whether "
                             "board or camera moved",
-                            left_out, planned_, kLeastMarks),
+                            left_out, planned_, kMinMarks),
                 ErrorKind::kMeasurement);
   }
 

@@ -18,10 +18,10 @@ using machine::LinuxCncFacts;
 using machine::LinuxCncState;
 using part_alignment::MachineBox;
 
-Result<std::string> AskOne(const StartQuestion& question, Person& person,
+Result<std::string> AskOne(const StartQuestion& question, Operator& person,
                            const std::function<void(const std::string&)>& say) {
   constexpr double kLook_s = 1;
-  constexpr int kMostEmpty = 3;
+  constexpr int kMaxEmpty = 3;
   const std::string such_as =
       question.example.empty() ? std::string() : ", such as " + question.example;
   int empty = 0;
@@ -34,7 +34,7 @@ Result<std::string> AskOne(const StartQuestion& question, Person& person,
     if (!line) continue;
     std::string answer(Trimmed(*line));
     if (answer.empty()) answer = question.fallback;
-    if (answer.empty() && ++empty == kMostEmpty) {
+    if (answer.empty() && ++empty == kMaxEmpty) {
       return Fail(fmt::format(
           "without an answer nothing can be written; when it is known, run it "
           "again with --{}{}: {}",
@@ -106,7 +106,7 @@ void AddState(const LinuxCncFacts& facts, const StartRequest& request,
 
 }  // namespace
 
-Result<void> AnswerQuestions(const std::vector<StartQuestion>& questions, Person* person,
+Result<void> AnswerQuestions(const std::vector<StartQuestion>& questions, Operator* person,
                              const std::function<void(const std::string&)>& say,
                              StartAnswers& answers) {
   std::string missing;
@@ -225,8 +225,8 @@ TargetIds CheckIds(const std::vector<part_alignment::PartTarget>& targets,
         last == std::string::npos ? std::string() : target.id.substr(0, last + 1);
     const std::string number = target.id.substr(prefix.size());
     if (&target == &targets.front()) ids.prefix = prefix;
-    constexpr std::size_t kMostDigits = 6;
-    const bool plain = !number.empty() && number.size() <= kMostDigits && number[0] != '0';
+    constexpr std::size_t kMaxDigits = 6;
+    const bool plain = !number.empty() && number.size() <= kMaxDigits && number[0] != '0';
     if (plain && prefix == ids.prefix && std::stoul(number) <= book.words.size()) continue;
     ids.contradictions.push_back(
         {fmt::format("target {} is no code {}1 … {}{} of the {} bits", target.id, ids.prefix,

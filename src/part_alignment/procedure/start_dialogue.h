@@ -11,7 +11,7 @@
 #include "part_alignment/pose/measurement.h"
 #include "part_alignment/targets/code_book.h"
 #include "part_alignment/views/machine_box.h"
-#include "session/person.h"
+#include "session/operator.h"
 
 namespace trammel::procedure {
 
@@ -33,7 +33,7 @@ using StartAnswers = std::map<std::string, std::string>;
 /// Errors: kInput for a predefined answer that is invalid, and, without a person or an answer, for
 /// the unanswered questions, by the options' names; kInterrupted.
 [[nodiscard]] Result<void> AnswerQuestions(const std::vector<StartQuestion>& questions,
-                                           Person* person,
+                                           Operator* person,
                                            const std::function<void(const std::string&)>& say,
                                            StartAnswers& answers);
 

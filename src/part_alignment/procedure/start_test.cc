@@ -15,9 +15,9 @@ using ::testing::HasSubstr;
 using ::testing::Not;
 
 /// Types one line after the other, then goes away.
-class ScriptedPerson : public Person {
+class ScriptedOperator : public Operator {
  public:
-  explicit ScriptedPerson(std::deque<std::string> lines) : lines_(std::move(lines)) {}
+  explicit ScriptedOperator(std::deque<std::string> lines) : lines_(std::move(lines)) {}
   Result<void> CheckCanAnswer(const std::string&) const override { return {}; }
   bool AnsweredBefore(const std::string&) const override { return false; }
   Result<bool> Confirm(const Question&, const std::function<Result<void>()>&) override {
@@ -50,7 +50,7 @@ std::vector<StartQuestion> Questions() {
 }
 
 TEST(StartDialogue, AsksAgainUntilAnAnswerDoesAndTakesAnEmptyLineForTheFallback) {
-  ScriptedPerson person({"", "1,2", " 1,2,-3.5 ", ""});
+  ScriptedOperator person({"", "1,2", " 1,2,-3.5 ", ""});
   std::string said;
   StartAnswers answers;
   const auto asked = AnswerQuestions(
@@ -63,7 +63,7 @@ TEST(StartDialogue, AsksAgainUntilAnAnswerDoesAndTakesAnEmptyLineForTheFallback)
 }
 
 TEST(StartDialogue, EndsWithThePersonWhoHasNoAnswer) {
-  ScriptedPerson person({"", "", "", "", ""});
+  ScriptedOperator person({"", "", "", "", ""});
   std::string said;
   StartAnswers answers;
   const auto asked = AnswerQuestions(
@@ -75,7 +75,7 @@ TEST(StartDialogue, EndsWithThePersonWhoHasNoAnswer) {
 }
 
 TEST(StartDialogue, AsksNothingThatWasAnsweredBeforehand) {
-  ScriptedPerson person({});
+  ScriptedOperator person({});
   StartAnswers answers{{"rough", "1,2,3"}, {"distance", "250"}};
   std::string said;
   const auto asked = AnswerQuestions(
@@ -103,7 +103,7 @@ TEST(StartDialogue, WithoutAPersonNamesAllOptionsThatAreMissing) {
 }
 
 TEST(StartDialogue, EndsWithThePersonWhoGoesAway) {
-  ScriptedPerson person({"1,2,3"});
+  ScriptedOperator person({"1,2,3"});
   StartAnswers answers;
   const auto asked = AnswerQuestions(
       Questions(), &person, [](const std::string&) {}, answers);

@@ -38,9 +38,9 @@ void NoteRejected(const FoundTargets& found, const std::string& name,
 // True for a bright disc whose edge is at most half overexposed, apart from all rings: the dots of
 // a code, even an unreadable one, are no targets.
 bool IsPlain(const FoundTarget& disc, const FoundTargets& found) {
-  constexpr double kMostBurnt = 0.5;
+  constexpr double kMaxBurnt = 0.5;
   constexpr double kOfTarget = 3.4;  // radii, as far as a ring and what belongs to it reach
-  if (disc.number || disc.contrast <= 0 || disc.saturated_share > kMostBurnt) return false;
+  if (disc.number || disc.contrast <= 0 || disc.saturated_share > kMaxBurnt) return false;
   const auto apart = [&](double column_px, double row_px, double radius_px) {
     return std::hypot(disc.disc.column_px - column_px, disc.disc.row_px - row_px) >
            kOfTarget * radius_px;

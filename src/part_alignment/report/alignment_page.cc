@@ -19,14 +19,14 @@ namespace {
 
 namespace pa = part_alignment;
 
-constexpr double kMostSide_px = 800;
+constexpr double kMaxSide_px = 800;
 constexpr double kUsual_px = 27;     // drawn length of an RMS residual
 constexpr double kLongest_px = 150;  // of a residual's line
 constexpr double kKeyRow_px = 20;
 constexpr Color kFound = kSky;
 constexpr Color kProjected = kVermilion;
 
-bool IsBroad(const Canvas& canvas) { return canvas.width_px() >= kMostSide_px; }
+bool IsBroad(const Canvas& canvas) { return canvas.width_px() >= kMaxSide_px; }
 double Circle_px(const Canvas& canvas) { return IsBroad(canvas) ? 14 : 9; }
 double Arm_px(const Canvas& canvas) { return IsBroad(canvas) ? 6 : 4; }
 
@@ -148,7 +148,7 @@ Canvas Draw(std::size_t view, const BgrView& picture, int width_px, int height_p
   const Drawing drawing{side_px / std::max(width_px, height_px), enlarged};
   const RectPx area{0, 0, std::ceil(width_px * drawing.scale),
                     std::ceil(height_px * drawing.scale)};
-  const double key_px = kKeyRow_px * (side_px >= kMostSide_px ? 1 : 3) + 10;
+  const double key_px = kKeyRow_px * (side_px >= kMaxSide_px ? 1 : 3) + 10;
   Canvas canvas(side_px, area.height + key_px);
   if (picture.width > 0 && picture.height > 0) {
     canvas.Image(picture, area, Pixels::kPhoto);
@@ -309,7 +309,7 @@ double ResidualEnlargement(double rms_px, int width_px, int height_px) {
   constexpr double kLeast = 1;
   constexpr double kMost = 1e6;
   const double side_px = std::max(width_px, height_px);
-  const double wanted = kUsual_px * side_px / kMostSide_px / rms_px;
+  const double wanted = kUsual_px * side_px / kMaxSide_px / rms_px;
   return RoundedDown(wanted >= kLeast ? std::min(wanted, kMost) : kLeast);
 }
 
@@ -322,7 +322,7 @@ Figure AlignmentPicture(std::size_t view, const BgrView& picture, int width_px, 
       fmt::format("view-{:02}", view + 1),
       "Orange circle: left out. Dashed cross: in the picture by the solution, but not found. "
       "A residual's line ends at what its number says, but for very long ones.",
-      draw(kMostSide_px), 1};
+      draw(kMaxSide_px), 1};
   figure.seen = fmt::format("View {}:", view + 1);
   for (const DrawnTarget& target : targets) {
     figure.seen += fmt::format(" {} {};", target.id,

@@ -280,13 +280,13 @@ std::string ObservabilityText(const part_alignment::Observability& told,
 
 std::string AlignmentText(const AlignmentOutput& output) {
   const Alignment& alignment = output.alignment;
-  std::string text = fmt::format("verdict    {}\n", VerdictWords(alignment.verdict));
+  std::string text = fmt::format("verdict    {}\n", VerdictText(alignment.verdict));
   if (!alignment.reason.empty()) text += fmt::format("reason     {}\n", alignment.reason);
   if (alignment.verdict == Verdict::kGood) {
     text += Parameters(output) + UsualInputs(alignment);
   }
   if (alignment.check.observations > 0) {
-    text += fmt::format("check      {}\n", CheckWords(alignment.check));
+    text += fmt::format("check      {}\n", CheckText(alignment.check));
   }
   if (output.simulated) text += SimulatedText(output);
   text += ObservabilityText(alignment.observability, alignment.reason);

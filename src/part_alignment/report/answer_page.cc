@@ -22,7 +22,7 @@ nlohmann::ordered_json Rows(const Eigen::MatrixXd& matrix) {
 }
 
 std::string VerdictLine(Verdict verdict, const std::string& reason) {
-  return fmt::format("verdict   {}{}{}\n", VerdictWords(verdict), reason.empty() ? "" : ": ",
+  return fmt::format("verdict   {}{}{}\n", VerdictText(verdict), reason.empty() ? "" : ": ",
                      reason);
 }
 

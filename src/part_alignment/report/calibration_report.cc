@@ -101,7 +101,7 @@ Json MarksJson(const BoardCalibration& calibration) {
 }
 
 // Formats the uncertainty in its customary unit.
-std::string SigmaWords(const NullDirection& direction) {
+std::string SigmaText(const NullDirection& direction) {
   if (!direction.sigma) return {};
   if (direction.unit == "mm") {
     return fmt::format("within {:.3g} um", kUmPerMm * kNormal95 * *direction.sigma);
@@ -112,11 +112,11 @@ std::string SigmaWords(const NullDirection& direction) {
   return fmt::format("within {:.3g} ppm", 1e6 * kNormal95 * *direction.sigma);
 }
 
-std::string TakenWords(const NullDirection& direction) {
+std::string TakenText(const NullDirection& direction) {
   return direction.taken_from.empty() ? "nothing: there is no answer" : direction.taken_from;
 }
 
-std::string PrintWords(const BoardCalibration& calibration) {
+std::string PrintText(const BoardCalibration& calibration) {
   const auto& print = *calibration.print;
   return fmt::format(
       "{:.3f} % to the right and {:.3f} % upwards of what it was meant to be, bent "
@@ -125,7 +125,7 @@ std::string PrintWords(const BoardCalibration& calibration) {
 }
 
 // Describes the next step with a calibrated camera, or without one.
-std::string CameraWords(bool good, double nearest_mm, double farthest_mm, std::string_view again) {
+std::string CameraText(bool good, double nearest_mm, double farthest_mm, std::string_view again) {
   if (!good) {
     return fmt::format("Put right what the reason above names and {}. No camera file was written.",
                        again);
@@ -148,7 +148,7 @@ AnswerPage PageOfCalibration(std::string title, const Calibration& calibration,
   page.value = good ? fmt::format("{:.4f} px", calibration.residual_rms_px) : "No calibration";
   if (good) page.detail = "residual, root mean square";
   page.reason = calibration.reason;
-  page.next = CameraWords(good, calibration.nearest_mm, calibration.farthest_mm, again);
+  page.next = CameraText(good, calibration.nearest_mm, calibration.farthest_mm, again);
   page.notices = calibration.notices;
   return page;
 }
@@ -321,7 +321,7 @@ std::string ToJson(const BoardCalibration& calibration) {
 
 std::string CalibrationText(const CameraCalibration& calibration) {
   std::string text = VerdictLine(calibration.verdict, calibration.reason);
-  text += fmt::format("check     {}\n", CheckWords(calibration.check));
+  text += fmt::format("check     {}\n", CheckText(calibration.check));
   if (calibration.verdict == Verdict::kGood) {
     text += ParameterLines(calibration.camera, calibration.covariance);
     text += fmt::format(
@@ -341,7 +341,7 @@ std::string CalibrationText(const CameraCalibration& calibration) {
 std::string CalibrationText(const BoardCalibration& calibration) {
   std::string text = VerdictLine(calibration.verdict, calibration.reason);
   if (calibration.check.observations > 0) {
-    text += fmt::format("check     {}\n", CheckWords(calibration.check));
+    text += fmt::format("check     {}\n", CheckText(calibration.check));
   }
   if (!calibration.unchecked.empty()) {
     text += fmt::format("unchecked {}\n", calibration.unchecked);
@@ -354,12 +354,12 @@ std::string CalibrationText(const BoardCalibration& calibration) {
         calibration.residual_rms_px, calibration.residual_rms_sigma,
         kUmPerMm * calibration.repeatability_mm, calibration.nearest_mm, calibration.farthest_mm);
   }
-  if (calibration.print) text += fmt::format("sheet     {}\n", PrintWords(calibration));
+  if (calibration.print) text += fmt::format("sheet     {}\n", PrintText(calibration));
   for (const NullDirection& direction : calibration.null_directions) {
-    const std::string sigma = SigmaWords(direction);
+    const std::string sigma = SigmaText(direction);
     text +=
         fmt::format("not seen  {}: taken from {}{}{}; closed by {}\n", direction.what,
-                    TakenWords(direction), sigma.empty() ? "" : ", ", sigma, direction.closed_by);
+                    TakenText(direction), sigma.empty() ? "" : ", ", sigma, direction.closed_by);
   }
   return text + Lines("notice", calibration.notices);
 }

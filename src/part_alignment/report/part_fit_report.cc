@@ -24,7 +24,7 @@ using part_alignment::PartFitInput;
 
 // Describes the point with the minimum stock allowance, and its place in the ideal part; empty
 // without points.
-std::string LeastWords(const PartFitInput& input, const PartFit& fit) {
+std::string LeastText(const PartFitInput& input, const PartFit& fit) {
   if (fit.stock_allowances.empty()) return {};
   const auto least = std::min_element(
       fit.stock_allowances.begin(), fit.stock_allowances.end(),
@@ -48,7 +48,7 @@ std::string ToJson(const PartFitInput& input, const PartFit& fit) {
                                 {"surface", point.surface},
                                 {"overstock_mm", Number(stock_allowance.stock_allowance_mm)},
                                 {"wanted_mm", Number(stock_allowance.wanted_mm)},
-                                {"least_mm", Number(stock_allowance.least_mm)},
+                                {"least_mm", Number(stock_allowance.min_mm)},
                                 {"binding", stock_allowance.binding}});
   }
   Json targets = Json::array();
@@ -72,7 +72,7 @@ std::string ToJson(const PartFitInput& input, const PartFit& fit) {
                                     : Json(nullptr)},
        {"scale", good ? Number(fit.scale) : Json(nullptr)},
        {"scale_standard_uncertainty", good ? Number(fit.scale_sigma) : Json(nullptr)},
-       {"least_overstock_mm", good ? Number(fit.least_mm) : Json(nullptr)},
+       {"least_overstock_mm", good ? Number(fit.min_mm) : Json(nullptr)},
        {"mean_overstock_mm", good ? Number(fit.mean_mm) : Json(nullptr)},
        {"uneven_mm", good ? Number(fit.uneven_mm) : Json(nullptr)},
        {"facet_error_mm", good ? Number(fit.facet_error_mm) : Json(nullptr)},
@@ -102,13 +102,13 @@ std::string ToJson(const Budget& budget) {
 
 std::string PartFitText(const PartFitInput& input, const PartFit& fit) {
   std::string text = VerdictLine(fit.verdict, fit.reason);
-  if (fit.check.observations > 0) text += fmt::format("check     {}\n", CheckWords(fit.check));
+  if (fit.check.observations > 0) text += fmt::format("check     {}\n", CheckText(fit.check));
   text += Lines("unchecked", fit.unchecked);
   if (fit.verdict == Verdict::kGood) {
     text += fmt::format(
         "allowance at least {:.3f} mm, mean {:.3f} mm, uneven by {:.3f} mm (root mean square)\n",
-        fit.least_mm, fit.mean_mm, fit.uneven_mm);
-    text += fmt::format("least at  {}\n", LeastWords(input, fit));
+        fit.min_mm, fit.mean_mm, fit.uneven_mm);
+    text += fmt::format("least at  {}\n", LeastText(input, fit));
     for (const auto& stock_allowance : fit.stock_allowances) {
       if (!stock_allowance.binding) continue;
       const auto& point = input.points[stock_allowance.point];
@@ -119,7 +119,7 @@ std::string PartFitText(const PartFitInput& input, const PartFit& fit) {
       constexpr int kDecimals = 7;
       text += fmt::format("scale     {}\n",
                           WithInterval(fit.scale, NormalInterval95(fit.scale, fit.scale_sigma),
-                                       {.least_decimals = kDecimals}));
+                                       {.min_decimals = kDecimals}));
     }
     for (std::size_t i = 0; i < fit.targets.size(); ++i) {
       const auto row = static_cast<Eigen::Index>(3 * i);
@@ -161,7 +161,7 @@ std::string PartFitPage(const part_alignment::PartFitInput& input,
   AnswerPage page;
   page.title = "The ideal part in the raw one";
   page.verdict = fit.verdict;
-  page.value = good ? fmt::format("{:.3f} mm", fit.least_mm) : "No place for the ideal part";
+  page.value = good ? fmt::format("{:.3f} mm", fit.min_mm) : "No place for the ideal part";
   if (good) page.detail = "stock allowance at least";
   page.reason = fit.reason;
   page.unchecked = fit.unchecked;

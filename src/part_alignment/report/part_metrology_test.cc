@@ -107,12 +107,12 @@ TEST(PartMetrology, ThePageEscapesWhatComesFromOutside) {
   EXPECT_THAT(page, HasSubstr("head refused"));
 }
 
-TEST(PartMetrology, ThePageOfAFitHasEachTargetInWords) {
+TEST(PartMetrology, ThePageOfAFitHasEachTargetText) {
   part_alignment::PartFitInput input;
   input.points = {{"p1", {0, 0, 0}, 0.05, "top"}};
   part_alignment::PartFit fit;
   fit.verdict = Verdict::kGood;
-  fit.least_mm = 0.58;
+  fit.min_mm = 0.58;
   fit.stock_allowances = {{0, 0.58, 3, 0.1, true}};
   fit.targets = {{"T<1>", {1, -2, 3}}};
   fit.covariance = 1e-4 * Eigen::Matrix3d::Identity();

@@ -144,7 +144,7 @@ std::vector<PlacedPoint> Placed(const PartFitInput& input, const PartFit& fit) {
         {point.id, at_mm, SideOf(input, stock_allowance, point.surface, at_mm),
          stock_allowance.stock_allowance_mm - stock_allowance.wanted_mm,
          stock_allowance.binding || &stock_allowance == least ||
-             stock_allowance.stock_allowance_mm < stock_allowance.least_mm - kMissing_mm});
+             stock_allowance.stock_allowance_mm < stock_allowance.min_mm - kMissing_mm});
   }
   return placed;
 }
@@ -168,10 +168,10 @@ std::array<Range, 3> ExtentOf(const std::vector<PlacedPoint>& placed,
 
 // Sets equal px per mm on both axes, unless one of them would have next to no room.
 void MakeAlike(const RectPx& room, Range& right, Range& up) {
-  constexpr double kMostStretched = 3;
+  constexpr double kMaxStretched = 3;
   const double ratio =
       (right.hi - right.lo) / room.width / ((up.hi - up.lo) / room.height);  // mm per px
-  if (ratio > kMostStretched || ratio < 1 / kMostStretched) return;
+  if (ratio > kMaxStretched || ratio < 1 / kMaxStretched) return;
   Range& narrower = ratio > 1 ? up : right;
   narrower = Padded(narrower, (std::max(ratio, 1 / ratio) - 1) / 2);
 }
@@ -360,7 +360,7 @@ Figure StockAllowanceFigure(const PartFitInput& input, const PartFit& fit) {
       fmt::format(
           "{} points of the raw part by side, coloured by stock allowance less what is wanted; "
           "least {:.3f} mm.",
-          placed.size(), fit.least_mm),
+          placed.size(), fit.min_mm),
       Draw(placed, outline, kNarrowWidthPx)};
 }
 

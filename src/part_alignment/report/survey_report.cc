@@ -104,7 +104,7 @@ Json PlainJson(const Survey& survey) {
 }
 
 // Formats the results of the plain points as lines of text.
-std::vector<std::string> PlainWords(const Survey& survey) {
+std::vector<std::string> PlainText(const Survey& survey) {
   const part_alignment::PlainSummary& plain = survey.plain;
   if (plain.points == 0) return {};
   if (plain.refused) return {fmt::format("no plain target is given: {}", plain.reason)};
@@ -137,7 +137,7 @@ std::vector<std::string> PlainWords(const Survey& survey) {
 // Returns the root of the mean variance of a target's coordinates.
 double SigmaOf(const SurveyedTarget& target) { return target.sigma_mm.norm() / std::sqrt(3.0); }
 
-std::string OutlierWords(const SurveyOutlier& outlier) {
+std::string OutlierText(const SurveyOutlier& outlier) {
   return fmt::format(
       "target {} in {} is {:.2f} px from where the others put it{}, and was left out",
       outlier.target, outlier.picture, outlier.error_px,
@@ -145,7 +145,7 @@ std::string OutlierWords(const SurveyOutlier& outlier) {
                                  : fmt::format(", at the place of target {}", outlier.seen_there));
 }
 
-std::string BarWords(const SurveyedBar& bar) {
+std::string BarText(const SurveyedBar& bar) {
   const std::string name =
       fmt::format("{}-{}: {:.4f} mm", bar.bar.from, bar.bar.to, bar.bar.length_mm);
   const part_alignment::BarTest& test = bar.test;
@@ -191,7 +191,7 @@ std::string ToJson(const Survey& survey) {
                          {"observations", target.observations},
                          {"widest_angle_rad", Number(target.widest_angle_rad)},
                          {"rms_px", Number(target.rms_px)},
-                         {"least_redundancy", Number(target.least_redundancy)}});
+                         {"least_redundancy", Number(target.min_redundancy)}});
   }
   Json bar_ends = Json::array();
   for (const SurveyedBar& bar : survey.bars) {
@@ -223,7 +223,7 @@ std::string ToJson(const Survey& survey) {
 std::string SurveyText(const Survey& survey) {
   std::string text =
       VerdictLine(survey.verdict, survey.reason) + Lines("unchecked", survey.unchecked);
-  text += fmt::format("check     {}\n", CheckWords(survey.check));
+  text += fmt::format("check     {}\n", CheckText(survey.check));
   if (survey.verdict == Verdict::kGood) {
     text += fmt::format(
         "pictures  {} of {}; centres scatter by {:.2f} of what was stated of them\n"
@@ -236,7 +236,7 @@ std::string SurveyText(const Survey& survey) {
                      {.unit = "px"}));
   }
   for (const SurveyedBar& bar : survey.bars) {
-    text += fmt::format("bar       {}\n", BarWords(bar));
+    text += fmt::format("bar       {}\n", BarText(bar));
   }
   for (const SurveyedTarget& target : survey.targets) {
     if (survey.verdict != Verdict::kGood) break;
@@ -245,9 +245,9 @@ std::string SurveyText(const Survey& survey) {
                         target.id, target.at_mm.x(), target.at_mm.y(), target.at_mm.z(),
                         WithinText({half.data(), 3}, kMillimetres), target.observations);
   }
-  if (survey.verdict == Verdict::kGood) text += Lines("plain", PlainWords(survey));
+  if (survey.verdict == Verdict::kGood) text += Lines("plain", PlainText(survey));
   for (const SurveyOutlier& outlier : survey.outliers) {
-    text += fmt::format("notice    {}\n", OutlierWords(outlier));
+    text += fmt::format("notice    {}\n", OutlierText(outlier));
   }
   return text + Lines("notice", survey.notices) + Lines("next", Advice(survey));
 }

@@ -167,13 +167,13 @@ std::string TargetPageSvg(const part_alignment::TargetSheet& sheet, int page) {
 }
 
 Page TargetPageImage(const part_alignment::TargetSheet& sheet, int page, double px_per_mm) {
-  constexpr int kMostSide = 30000;
+  constexpr int kMaxSide = 30000;
   TRAMMEL_CHECK(px_per_mm > 0 && px_per_mm <= 100, "px_per_mm = {}", px_per_mm);
   Page image;
   image.width = static_cast<int>(std::lround(sheet.request.page_width_mm * px_per_mm));
   image.height = static_cast<int>(std::lround(sheet.request.page_height_mm * px_per_mm));
   TRAMMEL_CHECK(
-      image.width > 0 && image.width <= kMostSide && image.height > 0 && image.height <= kMostSide,
+      image.width > 0 && image.width <= kMaxSide && image.height > 0 && image.height <= kMaxSide,
       "{} x {} px", image.width, image.height);
   const Surface surface(cairo_image_surface_create(CAIRO_FORMAT_RGB24, image.width, image.height));
   {

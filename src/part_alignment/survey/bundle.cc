@@ -206,7 +206,7 @@ MatrixXd DatumMotions(const Network& network, const BundleNormal& normal, bool b
 
 DescentEnd AdjustBundle(const BundleOptions& options, Network& network) {
   const DescentEnd end =
-      Minimise(BundleModel{options}, {.most_iterations = options.most_iterations}, network);
+      Minimise(BundleModel{options}, {.max_iterations = options.max_iterations}, network);
   TRAMMEL_CHECK(std::isfinite(end.cost), "cost = {}", end.cost);
   return end;
 }

@@ -23,7 +23,7 @@ struct BundleOptions {
   double loss_sigma = 0;
   /// True: bars are observations; without them the size is free.
   bool bars = true;
-  int most_iterations = 60;
+  int max_iterations = 60;
   /// True: points are fixed; only stations and lens are solved for.
   bool fixed_points = false;
 };

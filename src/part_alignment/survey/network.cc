@@ -76,8 +76,8 @@ std::optional<LensProjection> ProjectLens(const Lens& lens, const Vector3d& came
 std::optional<Vector3d> ObservationLine(const Lens& lens, const Vector2d& pixel) {
   const Vector2d place = (pixel - Vector2d(lens[kColumn], lens[kRow])) / lens[kFocal];
   Vector2d slope = place;
-  constexpr int kMostSteps = 50;
-  for (int step = 0; step < kMostSteps; ++step) {
+  constexpr int kMaxSteps = 50;
+  for (int step = 0; step < kMaxSteps; ++step) {
     const Bent bent = Bend(lens, slope);
     if (!(bent.by_place.determinant() > 0)) return std::nullopt;  // folded
     const Vector2d change = bent.by_place.inverse() * (place - bent.place);

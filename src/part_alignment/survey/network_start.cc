@@ -23,7 +23,7 @@ constexpr double kNarrow = 0.00075;  // and after: 3 px of 4000
 constexpr std::size_t kPairs = 4;    // pairs tried
 constexpr std::size_t kSeedStations = 8;
 constexpr std::size_t kLensStations = 8;  // minimum for solving the whole lens
-constexpr double kLeastAngle = 0.1;       // rad, between two lines that place a point
+constexpr double kMinAngle = 0.1;         // rad, between two lines that place a point
 
 using Observations = std::vector<std::vector<std::size_t>>;
 
@@ -63,14 +63,14 @@ double AffineMisfit(const Network& network,
 }
 
 std::vector<Pair> BestPairs(const Network& network, const Observations& observations, int side_px) {
-  constexpr std::size_t kLeastShared = 6;
+  constexpr std::size_t kMinShared = 6;
   constexpr double kEnoughMisfit = 0.01;  // relative to the side
   constexpr double kEnoughShared = 20;
   std::vector<Pair> pairs;
   for (std::size_t i = 0; i < observations.size(); ++i) {
     for (std::size_t j = i + 1; j < observations.size(); ++j) {
       Pair pair{i, j, Shared(network, observations[i], observations[j]), 0};
-      if (pair.shared.size() < kLeastShared) continue;
+      if (pair.shared.size() < kMinShared) continue;
       const double count = std::min(static_cast<double>(pair.shared.size()), kEnoughShared);
       pair.score =
           count * std::min(AffineMisfit(network, pair.shared) / (kEnoughMisfit * side_px), 1.0);
@@ -109,7 +109,7 @@ std::vector<double> Errors(const Network& network) {
 std::optional<Vector3d> IntersectObservations(const Network& network,
                                               const std::vector<std::size_t>& observations,
                                               double tolerance_px) {
-  constexpr std::size_t kMostLines = 12;
+  constexpr std::size_t kMaxLines = 12;
   std::vector<std::size_t> seen;
   std::vector<Vector3d> places;
   std::vector<Vector3d> lines;
@@ -133,10 +133,10 @@ std::optional<Vector3d> IntersectObservations(const Network& network,
     return agree;
   };
   std::vector<std::size_t> best;
-  const std::size_t stride = 1 + lines.size() / kMostLines;
+  const std::size_t stride = 1 + lines.size() / kMaxLines;
   for (std::size_t a = 0; a < lines.size(); a += stride) {
     for (std::size_t b = a + stride; b < lines.size(); b += stride) {
-      if (lines[a].cross(lines[b]).norm() < std::sin(kLeastAngle)) continue;
+      if (lines[a].cross(lines[b]).norm() < std::sin(kMinAngle)) continue;
       const auto at = Intersect({places[a], places[b]}, {lines[a], lines[b]});
       if (!at) continue;
       auto agree = agreeing(*at);
@@ -192,11 +192,11 @@ std::vector<std::size_t> NextStations(const Network& network, const Observations
 
 bool PlaceStation(std::size_t station, const Observations& observations, double tolerance_px,
                   Network& network, Random& random) {
-  constexpr double kLeastShare = 0.6;
+  constexpr double kMinShare = 0.6;
   for (const std::size_t i : observations[station]) network.observations[i].used = true;
   const auto resection = Resect(network, observations[station], tolerance_px, random);
   if (!resection || static_cast<double>(resection->agreeing) <
-                        kLeastShare * static_cast<double>(resection->observations)) {
+                        kMinShare * static_cast<double>(resection->observations)) {
     return false;
   }
   network.stations[station] = resection->station;
@@ -212,7 +212,7 @@ void Adjust(const FreeLens& free, double loss_px, Network& network) {
   options.free = free;
   options.loss_sigma = loss_px / Median(sigmas);
   options.bars = false;
-  options.most_iterations = 25;
+  options.max_iterations = 25;
   (void)AdjustBundle(options, network);  // a start: what it is worth, its residuals tell
 }
 
@@ -330,13 +330,13 @@ void GrowNetwork(const NetworkStartOptions& options, Network& network, Random& r
 
 void PlaceMore(double tolerance_px, const std::vector<bool>& barred, Network& network,
                Random& random) {
-  constexpr std::size_t kLeastKnown = 4;
+  constexpr std::size_t kMinKnown = 4;
   const Observations observations = ObservationsByStation(network);
   bool grew = true;
   while (grew) {
     grew = false;
     PlacePoints(tolerance_px, network, barred);
-    for (const std::size_t station : NextStations(network, observations, kLeastKnown)) {
+    for (const std::size_t station : NextStations(network, observations, kMinKnown)) {
       grew |= PlaceStation(station, observations, tolerance_px, network, random);
     }
   }

@@ -374,7 +374,7 @@ std::optional<StationFit> FitStation(const Network& network,
   options.free = free_focal ? kFocalFree : FreeLens{};
   options.loss_sigma = loss_sigma;
   options.bars = false;
-  options.most_iterations = 40;
+  options.max_iterations = 40;
   options.fixed_points = true;
   StationFit fit;
   fit.cost = AdjustBundle(options, alone).cost;

@@ -21,7 +21,7 @@ using Eigen::Vector3d;
 namespace {
 
 constexpr double kBeside_px = 8;
-constexpr int kLeastBeside = 3;       // pictures
+constexpr int kMinBeside = 3;         // pictures
 constexpr double kBesideShare = 0.2;  // of the views that show it at its place
 constexpr double kChances = 4;        // times what chance lets expect
 constexpr double kFacing = 0.34;      // cosine, 70 degrees: beyond it no disc is seen
@@ -123,7 +123,7 @@ void DropDoubtful(const std::vector<PlainView>& views, PlainMatches& matches) {
     low = low.cwiseMin(match.at);
     high = high.cwiseMax(match.at);
     const Beside beside = BesideOf(views, matches, owners, free, t);
-    if (beside.pictures >= kLeastBeside + kChances * beside.by_chance &&
+    if (beside.pictures >= kMinBeside + kChances * beside.by_chance &&
         beside.pictures >= kBesideShare * static_cast<double>(match.members.size())) {
       fate[t] = PlainFate::kNotStill;
     }
@@ -235,8 +235,8 @@ std::optional<ShapeFit> FitShape(const std::vector<PlainView>& views, const Plai
     seen_from += ray.normalized();
     radius = std::max(radius, ray.norm() * std::sqrt(moments->norm()));
   }
-  constexpr std::size_t kLeastShapes = 3;
-  if (shapes.size() < kLeastShapes) return std::nullopt;
+  constexpr std::size_t kMinShapes = 3;
+  if (shapes.size() < kMinShapes) return std::nullopt;
   // Tilted to either side of the viewing direction: few outlines do not determine which.
   const Vector3d ahead = seen_from.normalized();
   const Vector3d aside = ahead.unitOrthogonal();
@@ -268,17 +268,17 @@ std::optional<ShapeFit> FitShape(const std::vector<PlainView>& views, const Plai
 }
 
 void DropByShape(const std::vector<PlainView>& views, PlainMatches& matches) {
-  constexpr std::size_t kLeastTargets = 8;  // for a common difference of outlines
+  constexpr std::size_t kMinTargets = 8;  // for a common difference of outlines
   constexpr double kUnlikely = 1e-6;
   constexpr double kAlike = 2;  // times what most differ by: larger discs, other lights
-  constexpr double kMostLeftOut = 0.2;
+  constexpr double kMaxLeftOut = 0.2;
   std::vector<std::optional<ShapeFit>> fits;
   std::vector<double> misfits_px;
   for (const PlainMatch& match : matches.targets) {
     fits.push_back(FitShape(views, match));
     if (fits.back()) misfits_px.push_back(fits.back()->misfit_px);
   }
-  if (misfits_px.size() < kLeastTargets) return;
+  if (misfits_px.size() < kMinTargets) return;
   const double usual_px = Median(misfits_px);
   const auto is_disc = [&](const std::optional<ShapeFit>& fit) {
     return !fit || fit->misfit_px < kAlike * usual_px ||
@@ -289,7 +289,7 @@ void DropByShape(const std::vector<PlainView>& views, PlainMatches& matches) {
   for (std::size_t t = 0; t < fits.size(); ++t) {
     PlainMatch& match = matches.targets[t];
     const auto least = static_cast<std::size_t>(
-        std::max(3.0, std::ceil((1 - kMostLeftOut) * static_cast<double>(match.members.size()))));
+        std::max(3.0, std::ceil((1 - kMaxLeftOut) * static_cast<double>(match.members.size()))));
     const std::vector<PlainMember> all = match.members;
     std::vector<PlainMember> left_out;
     auto fit = fits[t];
@@ -299,7 +299,7 @@ void DropByShape(const std::vector<PlainView>& views, PlainMatches& matches) {
       match.members.erase(worst);
       fit = FitShape(views, match);
     }
-    const bool disc = is_disc(fit) && (left_out.empty() || IntersectSights(views, match));
+    const bool disc = is_disc(fit) && (left_out.empty() || IntersectRays(views, match));
     for (const PlainMember& member : disc ? left_out : all)
       matches.fates[member.view][member.sight] = PlainFate::kNoDisc;
     if (disc) kept.push_back(std::move(match));

@@ -24,7 +24,7 @@ using Eigen::Vector3d;
 
 constexpr std::size_t kPartners = 16;  // views that a sight is paired in at first
 constexpr std::size_t kNear = 24;      // views that a place is looked for in first
-constexpr double kMostFalse = 1e-3;    // expected false targets of a survey
+constexpr double kMaxFalse = 1e-3;     // expected false targets of a survey
 constexpr double kUnlikely = 1e-6;     // probability of rays' residuals
 
 // Returns the criteria for choosing a position.
@@ -47,11 +47,11 @@ class Matcher {
   PlainMatches Run() {
     LeaveToKnown();
     for (const int least : {20, 8, 5, 3}) {
-      if (least < options_.least_off_plane) break;
+      if (least < options_.min_off_plane) break;
       TakeAtOnce(least);
       if (Done()) break;
     }
-    if (options_.least_off_plane < 3) TakeFew();
+    if (options_.min_off_plane < 3) TakeFew();
     AssignAnew();
     LeaveMerged(views_, options_, found_);
     DropByResiduals();
@@ -62,7 +62,7 @@ class Matcher {
 
  private:
   [[nodiscard]] bool Done() const {
-    return found_.gave_up || found_.targets.size() >= options_.most_targets;
+    return found_.gave_up || found_.targets.size() >= options_.max_targets;
   }
   [[nodiscard]] bool IsFree(const PlainMember& member) const {
     return found_.fates[member.view][member.sight] == PlainFate::kFree;
@@ -98,7 +98,7 @@ class Matcher {
   void LeaveToKnown() {
     for (const PlainMatch& known : options_.known) {
       for (std::size_t v = 0; v < views_.size(); ++v) {
-        for (const std::size_t k : SightsAt(views_[v], known, options_.gate)) {
+        for (const std::size_t k : ObservationsAt(views_[v], known, options_.gate)) {
           if (!IsFree({v, k})) continue;
           found_.fates[v][k] = PlainFate::kCoded;
           --free_[v];
@@ -109,9 +109,10 @@ class Matcher {
 
   // Returns the only sight of a view at a place; none if there are two. Free sights only, or also
   // those of a target.
-  std::optional<std::size_t> SightAt(std::size_t v, const PlainMatch& match, bool free_only) const {
+  std::optional<std::size_t> ObservationAt(std::size_t v, const PlainMatch& match,
+                                           bool free_only) const {
     std::optional<std::size_t> one;
-    for (const std::size_t k : SightsAt(views_[v], match, options_.gate)) {
+    for (const std::size_t k : ObservationsAt(views_[v], match, options_.gate)) {
       const PlainFate fate = found_.fates[v][k];
       if (fate != PlainFate::kFree && (free_only || fate == PlainFate::kCoded)) continue;
       if (one) return std::nullopt;
@@ -127,12 +128,12 @@ class Matcher {
     for (int round = 0; round < kRounds; ++round) {
       std::vector<PlainMember> members;
       for (std::size_t v = 0; v < views_.size(); ++v) {
-        if (const auto sight = SightAt(v, match, true)) members.push_back({v, *sight});
+        if (const auto sight = ObservationAt(v, match, true)) members.push_back({v, *sight});
       }
       if (members.size() < 3) return false;
       const bool same = members == match.members;
       match.members = std::move(members);
-      if (!IntersectSights(views_, match)) return false;
+      if (!IntersectRays(views_, match)) return false;
       if (same) break;
     }
     CountOffPlane(views_, options_.room, match);
@@ -144,13 +145,13 @@ class Matcher {
     const auto& near = near_[first];
     const std::size_t count = widely_ ? near.size() : std::min(kNear, near.size());
     return std::any_of(near.begin(), near.begin() + static_cast<std::ptrdiff_t>(count),
-                       [&](std::size_t v) { return v != second && SightAt(v, match, true); });
+                       [&](std::size_t v) { return v != second && ObservationAt(v, match, true); });
   }
 
   // Returns the place of a sight that most rays confirm.
   std::optional<PlainMatch> BestOf(std::size_t v, std::size_t k) {
     const PlainView& view = views_[v];
-    const PlainSight& sight = view.sights()[k];
+    const PlainObservation& sight = view.sights()[k];
     const Vector3d& from = view.station().place;
     const Vector3d line = view.Line(sight.slope);
     const auto stretch = StretchWithin(options_.room, from, line);
@@ -175,8 +176,8 @@ class Matcher {
         if (best && HasMember(*best, {partner, candidate})) continue;  // the same place
         PlainMatch match;
         match.members = {{v, k}, {partner, candidate}};
-        if (++places_ > options_.most_places) found_.gave_up = true;
-        if (!IntersectSights(views_, match) || match.chi_square > kPlainBand * kPlainBand ||
+        if (++places_ > options_.max_places) found_.gave_up = true;
+        if (!IntersectRays(views_, match) || match.chi_square > kPlainBand * kPlainBand ||
             !InRoom(options_.room, match.at) || !AnyThird(v, partner, match)) {
           continue;
         }
@@ -205,8 +206,8 @@ class Matcher {
     const double others = std::max(views - 2, 1.0);
     const double k = std::min<double>(match.off_plane + match.lonely, others);
     const double ways = LogGamma(others + 1) - LogGamma(k + 1) - LogGamma(others - k + 1);
-    constexpr double kLeastWrong = 0.01;
-    return std::log(std::max(expected_wrong_, kLeastWrong)) + ways +
+    constexpr double kMinWrong = 0.01;
+    return std::log(std::max(expected_wrong_, kMinWrong)) + ways +
            k * std::log(std::max(chance / std::max(views, 1.0), 1e-12));
   }
 
@@ -258,7 +259,7 @@ class Matcher {
     found_.targets.push_back(std::move(match));
   }
 
-  void TakeAtOnce(int least_off_plane) {
+  void TakeAtOnce(int min_off_plane) {
     expected_wrong_ = 0;
     for (std::size_t v = 0; v < views_.size(); ++v) {
       for (std::size_t k = 0; k < views_[v].sights().size() && !Done(); ++k) {
@@ -266,7 +267,7 @@ class Matcher {
         auto match = BestOf(v, k);
         if (!match) {
           idle_[v][k] = true;  // fewer sights are free later on
-        } else if (match->off_plane >= least_off_plane) {
+        } else if (match->off_plane >= min_off_plane) {
           Take(std::move(*match));
         }
       }
@@ -321,7 +322,7 @@ class Matcher {
     for (std::size_t i = 0; i < candidates.size(); ++i) {
       const PlainMatch& match = candidates[i];
       if (!all_free(match)) continue;
-      if (match.off_plane < options_.least_off_plane) {
+      if (match.off_plane < options_.min_off_plane) {
         Mark(match, PlainFate::kOnePlane);
         continue;
       }
@@ -340,7 +341,7 @@ class Matcher {
         for (const std::size_t j : rivals) Mark(candidates[j], PlainFate::kAmbiguous);
         continue;
       }
-      if (std::max(LogFalse(match), LogFalseInCrowd(match)) > std::log(kMostFalse)) {
+      if (std::max(LogFalse(match), LogFalseInCrowd(match)) > std::log(kMaxFalse)) {
         chance_.push_back(match);
         continue;
       }
@@ -367,7 +368,7 @@ class Matcher {
         PlainMatch& match = found_.targets[t];
         Mark(match, PlainFate::kFree);
         for (std::size_t v = 0; v < views_.size(); ++v) {
-          if (const auto sight = SightAt(v, match, false)) claims[{v, *sight}].push_back(t);
+          if (const auto sight = ObservationAt(v, match, false)) claims[{v, *sight}].push_back(t);
         }
         match.members.clear();
       }
@@ -378,9 +379,9 @@ class Matcher {
           found_.targets[targets.front()].members.push_back({sight.first, sight.second});
       }
       std::erase_if(found_.targets, [&](PlainMatch& match) {
-        const bool meets = match.members.size() >= 3 && IntersectSights(views_, match);
+        const bool meets = match.members.size() >= 3 && IntersectRays(views_, match);
         if (meets) CountOffPlane(views_, options_.room, match);
-        if (meets && match.off_plane >= options_.least_off_plane) return false;
+        if (meets && match.off_plane >= options_.min_off_plane) return false;
         Mark(match, PlainFate::kFree);
         return true;
       });
@@ -389,11 +390,11 @@ class Matcher {
 
   // Drops the worst of rays that miss one another; if they are more than a few, the target.
   void DropByResiduals() {
-    constexpr double kMostLeftOut = 0.2;
+    constexpr double kMaxLeftOut = 0.2;
     std::erase_if(found_.targets, [&](PlainMatch& match) {
       PlainMatch kept = match;
       const double least =
-          std::max(3.0, (1 - kMostLeftOut) * static_cast<double>(match.members.size()));
+          std::max(3.0, (1 - kMaxLeftOut) * static_cast<double>(match.members.size()));
       const auto misses = [&] {
         const int freedom = 2 * static_cast<int>(kept.members.size()) - 3;
         return ChiSquareTail(kept.chi_square, freedom) < kUnlikely;
@@ -404,7 +405,7 @@ class Matcher {
           return true;
         }
         kept.members.erase(WorstOf(kept));
-        if (!IntersectSights(views_, kept)) return true;
+        if (!IntersectRays(views_, kept)) return true;
       }
       match = std::move(kept);
       return false;
@@ -413,7 +414,7 @@ class Matcher {
 
   [[nodiscard]] std::vector<PlainMember>::const_iterator WorstOf(const PlainMatch& match) const {
     const auto square = [&](const PlainMember& member) {
-      const PlainSight& sight = views_[member.view].sights()[member.sight];
+      const PlainObservation& sight = views_[member.view].sights()[member.sight];
       const auto prediction = views_[member.view].Predict(match.at);
       if (!prediction) return std::numeric_limits<double>::infinity();
       const Vector2d off = sight.slope - prediction->slope;
@@ -440,8 +441,8 @@ class Matcher {
 
 }  // namespace
 
-PlainMatches MatchPlainSights(const std::vector<PlainView>& views,
-                              const PlainMatchOptions& options) {
+PlainMatches MatchPlainObservations(const std::vector<PlainView>& views,
+                                    const PlainMatchOptions& options) {
   return Matcher(views, options).Run();
 }
 

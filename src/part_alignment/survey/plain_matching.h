@@ -18,11 +18,11 @@ struct PlainMatchOptions {
   /// Upper limit of chi-square of two degrees between a sight and its place: 3 sigma.
   double gate = 11.83;
   /// Minimum number of a target's rays beyond those in any one plane with the target, >= 1.
-  int least_off_plane = 1;
+  int min_off_plane = 1;
   /// Number of targets that ends the search early.
-  std::size_t most_targets = SIZE_MAX;
+  std::size_t max_targets = SIZE_MAX;
   /// Maximum number of places checked in all views before the search stops.
-  std::size_t most_places = 2'000'000;
+  std::size_t max_places = 2'000'000;
 };
 
 enum class PlainFate : std::uint8_t {
@@ -51,7 +51,7 @@ struct PlainMatches {
 /// evidence. They must be more than chance would bring together among all free sights (expected
 /// number of false targets below a thousandth), with at least one off the plane. Two targets that
 /// exclude one another with the same evidence are both dropped.
-[[nodiscard]] PlainMatches MatchPlainSights(const std::vector<PlainView>& views,
-                                            const PlainMatchOptions& options);
+[[nodiscard]] PlainMatches MatchPlainObservations(const std::vector<PlainView>& views,
+                                                  const PlainMatchOptions& options);
 
 }  // namespace trammel::part_alignment

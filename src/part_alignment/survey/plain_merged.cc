@@ -14,7 +14,7 @@ using Eigen::Vector2d;
 using Eigen::Vector3d;
 
 constexpr double kReach_px = 8;  // from the middle to either disc
-constexpr double kLeastMiddle_px = 1;
+constexpr double kMinMiddle_px = 1;
 constexpr double kAside_px = 1.5;  // offset change by the unknown slope of the surface
 constexpr std::size_t kNobody = std::numeric_limits<std::size_t>::max();
 
@@ -22,7 +22,7 @@ constexpr std::size_t kNobody = std::numeric_limits<std::size_t>::max();
 bool IsAmid(const PlainView& view, const Vector2d& slope, const Vector2d& one,
             const Vector2d& other) {
   constexpr double kMiddle = 0.25;  // of the distance between both
-  const double near = std::max(kMiddle * (one - other).norm(), kLeastMiddle_px / view.focal_px());
+  const double near = std::max(kMiddle * (one - other).norm(), kMinMiddle_px / view.focal_px());
   return (0.5 * (one + other) - slope).norm() < near;
 }
 
@@ -153,7 +153,7 @@ class Merged {
   // show neither; none where much else is near.
   [[nodiscard]] std::vector<PlainMember> ToEitherSide(std::size_t t, std::size_t a,
                                                       const std::vector<bool>& none) const {
-    constexpr double kLeastShare = 0.8;  // explained share of nearby sights
+    constexpr double kMinShare = 0.8;  // explained share of nearby sights
     PlainMatch mirrored;
     mirrored.at = 2 * Target(t).at - Target(a).at;
     mirrored.covariance = 4 * Target(t).covariance + Target(a).covariance;
@@ -166,7 +166,7 @@ class Merged {
       const auto prediction = view.Predict(Target(t).at);
       if (!prediction || !view.InPicture(prediction->slope)) continue;
       const double half = kReach_px / view.focal_px();
-      const std::vector<std::size_t> at_mirrored = SightsAt(view, mirrored, options_.gate);
+      const std::vector<std::size_t> at_mirrored = ObservationsAt(view, mirrored, options_.gate);
       view.Near(prediction->slope, Vector2d(half, half), [&](std::size_t k) {
         if (!IsStrange(v, k, t, none)) return;
         ++beside;
@@ -178,18 +178,18 @@ class Merged {
       });
     }
     const auto explained = static_cast<double>(of_neighbour + others.size());
-    if (explained < kLeastShare * static_cast<double>(beside)) others.clear();
+    if (explained < kMinShare * static_cast<double>(beside)) others.clear();
     return others;
   }
 
   // True if views without the target show sights beside it at one offset along the surface or its
   // opposite, and both occur. These are two discs, each seen too seldom to be a target.
   bool IsSeenAsTwo(std::size_t t, const std::vector<bool>& none) {
-    constexpr std::size_t kLeastSights = 2;
+    constexpr std::size_t kMinObservations = 2;
     constexpr std::size_t kMost = 60;  // two discs cause only few
-    constexpr double kLeastShare = 0.8;
+    constexpr double kMinShare = 0.8;
     const std::vector<Aside> beside = BesideOf(t, none);
-    if (beside.size() < kLeastSights || beside.size() > kMost) return false;
+    if (beside.size() < kMinObservations || beside.size() > kMost) return false;
     for (const Aside& by : beside) {
       const auto offset = AlongSurface(t, by);
       if (!offset) continue;
@@ -204,7 +204,7 @@ class Merged {
         if (as_far || (other.off - there).norm() < near) here.push_back(&other);
       }
       if (opposite == 0 || here.size() <= opposite ||
-          static_cast<double>(here.size()) < kLeastShare * static_cast<double>(beside.size())) {
+          static_cast<double>(here.size()) < kMinShare * static_cast<double>(beside.size())) {
         continue;
       }
       for (const Aside* other : here) {
@@ -268,9 +268,9 @@ class Merged {
       std::erase_if(match.members,
                     [&](const PlainMember& member) { return merged_[member.view][member.sight]; });
       if (match.members.size() < before) {
-        const bool meets = match.members.size() >= 3 && IntersectSights(views_, match);
+        const bool meets = match.members.size() >= 3 && IntersectRays(views_, match);
         if (meets) CountOffPlane(views_, options_.room, match);
-        if (!meets || match.off_plane < options_.least_off_plane) {
+        if (!meets || match.off_plane < options_.min_off_plane) {
           for (const PlainMember& member : members)
             matches_.fates[member.view][member.sight] = PlainFate::kFree;
           continue;

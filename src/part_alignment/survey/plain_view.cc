@@ -64,7 +64,7 @@ PlainView::PlainView(const SurveyPicture& picture, const Station& station, const
     if (!projection) continue;
     const Matrix2d by_slope = projection->by_point.leftCols<2>();
     const Matrix2d slope_by_pixel = by_slope.inverse();
-    PlainSight sight;
+    PlainObservation sight;
     sight.slope = *slope;
     sight.point = k;
     const double sigma_px = noise * point.sigma_px;
@@ -80,7 +80,7 @@ PlainView::PlainView(const SurveyPicture& picture, const Station& station, const
     }
     sights_.push_back(sight);
   }
-  for (const PlainSight& sight : sights_) {
+  for (const PlainObservation& sight : sights_) {
     usual_ += sight.covariance / static_cast<double>(sights_.size());
   }
   FillCells();
@@ -152,13 +152,13 @@ std::pair<int, int> PlainView::CellsOf(double low, double high, int axis) const 
 }
 
 void PlainView::FillCells() {
-  const auto cell_of = [&](const PlainSight& sight) {
+  const auto cell_of = [&](const PlainObservation& sight) {
     const int x = CellsOf(sight.slope.x(), sight.slope.x(), 0).first;
     const int y = CellsOf(sight.slope.y(), sight.slope.y(), 1).first;
     return static_cast<std::size_t>(y * kCells + x);
   };
   begins_.assign(kCells * kCells + 1, 0);
-  for (const PlainSight& sight : sights_) ++begins_[cell_of(sight) + 1];
+  for (const PlainObservation& sight : sights_) ++begins_[cell_of(sight) + 1];
   for (std::size_t i = 1; i < begins_.size(); ++i) begins_[i] += begins_[i - 1];
   std::vector<std::size_t> next(begins_.begin(), begins_.end() - 1);
   in_cells_.resize(sights_.size());
@@ -209,7 +209,8 @@ int SeenTogether(const PlainMatch& a, const PlainMatch& b) {
   return together;
 }
 
-std::vector<std::size_t> SightsAt(const PlainView& view, const PlainMatch& match, double gate) {
+std::vector<std::size_t> ObservationsAt(const PlainView& view, const PlainMatch& match,
+                                        double gate) {
   std::vector<std::size_t> found;
   const auto prediction = view.Predict(match.at);
   if (!prediction || !view.InPicture(prediction->slope)) return found;
@@ -219,7 +220,7 @@ std::vector<std::size_t> SightsAt(const PlainView& view, const PlainMatch& match
   const Vector2d half =
       (gate * (of_place + kWorse * view.usual_covariance()).diagonal()).cwiseSqrt();
   view.Near(prediction->slope, half, [&](std::size_t k) {
-    const PlainSight& sight = view.sights()[k];
+    const PlainObservation& sight = view.sights()[k];
     const Vector2d off = sight.slope - prediction->slope;
     const Matrix2d covariance = of_place + sight.covariance;
     if (off.dot(covariance.inverse() * off) <= gate) found.push_back(k);
@@ -227,7 +228,7 @@ std::vector<std::size_t> SightsAt(const PlainView& view, const PlainMatch& match
   return found;
 }
 
-bool IntersectSights(const std::vector<PlainView>& views, PlainMatch& match) {
+bool IntersectRays(const std::vector<PlainView>& views, PlainMatch& match) {
   std::vector<Vector3d> places;
   std::vector<Vector3d> lines;
   for (const PlainMember& member : match.members) {
@@ -244,7 +245,7 @@ bool IntersectSights(const std::vector<PlainView>& views, PlainMatch& match) {
     Vector3d right = Vector3d::Zero();
     match.chi_square = 0;
     for (const PlainMember& member : match.members) {
-      const PlainSight& sight = views[member.view].sights()[member.sight];
+      const PlainObservation& sight = views[member.view].sights()[member.sight];
       const auto prediction = views[member.view].Predict(match.at);
       if (!prediction) return false;
       const Matrix2d weight = sight.covariance.inverse();

@@ -14,7 +14,7 @@
 namespace trammel::part_alignment {
 
 /// Point of a picture, by its station without the lens: x / z and y / z.
-struct PlainSight {
+struct PlainObservation {
   Eigen::Vector2d slope = Eigen::Vector2d::Zero();
   /// Covariance of the slope: the point's own scatter, and the errors of station and lens.
   Eigen::Matrix2d covariance = Eigen::Matrix2d::Zero();
@@ -39,7 +39,7 @@ class PlainView {
             const NetworkPrecision::StationPrecision* precision, double range, double noise);
 
   [[nodiscard]] const Station& station() const { return station_; }
-  [[nodiscard]] const std::vector<PlainSight>& sights() const { return sights_; }
+  [[nodiscard]] const std::vector<PlainObservation>& sights() const { return sights_; }
   /// Covariance of a usual sight.
   [[nodiscard]] const Eigen::Matrix2d& usual_covariance() const { return usual_; }
   /// Returns the picture's area, in slopes.
@@ -85,7 +85,7 @@ class PlainView {
   void FillCells();
 
   Station station_;
-  std::vector<PlainSight> sights_;
+  std::vector<PlainObservation> sights_;
   Eigen::Matrix2d usual_ = Eigen::Matrix2d::Zero();
   Eigen::Vector2d low_ = Eigen::Vector2d::Zero();
   Eigen::Vector2d size_ = Eigen::Vector2d::Ones();
@@ -132,11 +132,11 @@ struct PlainMatch {
 [[nodiscard]] int SeenTogether(const PlainMatch& a, const PlainMatch& b);
 
 /// Computes the place where members meet, by least squares. @returns false if they do not.
-[[nodiscard]] bool IntersectSights(const std::vector<PlainView>& views, PlainMatch& match);
+[[nodiscard]] bool IntersectRays(const std::vector<PlainView>& views, PlainMatch& match);
 
 /// Finds sights of a view that a place explains: up to a chi-square of two degrees.
-[[nodiscard]] std::vector<std::size_t> SightsAt(const PlainView& view, const PlainMatch& match,
-                                                double gate);
+[[nodiscard]] std::vector<std::size_t> ObservationsAt(const PlainView& view,
+                                                      const PlainMatch& match, double gate);
 
 /// Counts the rays off the plane that has most of them, and the lonely ones in it.
 void CountOffPlane(const std::vector<PlainView>& views, const PlainRoom& room, PlainMatch& match);

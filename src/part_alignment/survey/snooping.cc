@@ -20,8 +20,8 @@ constexpr double kMedianChiSquare2 = 1.3862943611198906;  // for two degrees of 
 constexpr double kLossWidth = 3;                          // sigmas, of Cauchy's loss
 
 // Minimum numbers of observations that determine a station and a point.
-constexpr int kLeastOfStation = 3;
-constexpr int kLeastOfPoint = 2;
+constexpr int kMinOfStation = 3;
+constexpr int kMinOfPoint = 2;
 
 // Worst test and number of observations of one station or point.
 struct Worst {
@@ -47,9 +47,9 @@ std::optional<PointFit> FitPoint(const Network& network,
   const double width2 = kLossWidth * kLossWidth;
   PointFit fit{start, std::numeric_limits<double>::infinity()};
   Vector3d at = start;
-  constexpr int kMostSteps = 20;
+  constexpr int kMaxSteps = 20;
   double damping = 1e-6;
-  for (int step = 0; step < kMostSteps; ++step) {
+  for (int step = 0; step < kMaxSteps; ++step) {
     Eigen::Matrix3d normal = Eigen::Matrix3d::Zero();
     Vector3d right = Vector3d::Zero();
     double cost = 0;
@@ -110,7 +110,7 @@ double RobustScatter(const Network& network) {
 
 NetworkPrecision SnoopObservations(const BundleOptions& options, double false_alarm,
                                    Network& network) {
-  constexpr double kLeastScatter = 1e-6;  // floor for noise-free observations
+  constexpr double kMinScatter = 1e-6;  // floor for noise-free observations
   while (true) {
     (void)AdjustBundle(options, network);
     NetworkPrecision precision = PrecisionOf(network, options.free, options.bars);
@@ -119,7 +119,7 @@ NetworkPrecision SnoopObservations(const BundleOptions& options, double false_al
       if (check.test > 0) tests.push_back(check.test);
     }
     if (tests.empty()) return precision;
-    const double scatter2 = std::max(Median(tests) / kMedianChiSquare2, kLeastScatter);
+    const double scatter2 = std::max(Median(tests) / kMedianChiSquare2, kMinScatter);
     // Bonferroni: chi-square of two degrees exceeds x with probability exp(-x / 2).
     const double limit = -2 * std::log(false_alarm / static_cast<double>(tests.size())) * scatter2;
     std::vector<Worst> of_station(network.stations.size());
@@ -137,7 +137,7 @@ NetworkPrecision SnoopObservations(const BundleOptions& options, double false_al
       const Worst& station = of_station[observation.station];
       const Worst& point = of_point[observation.point];
       if (test > limit && test >= station.test && test >= point.test &&
-          station.observations > kLeastOfStation && point.observations > kLeastOfPoint) {
+          station.observations > kMinOfStation && point.observations > kMinOfPoint) {
         observation.used = false;
         left_out = true;
       }
@@ -147,8 +147,8 @@ NetworkPrecision SnoopObservations(const BundleOptions& options, double false_al
 }
 
 std::vector<DoublePoint> FindDoublePoints(const Network& network) {
-  constexpr std::size_t kLeastThere = 3;
-  constexpr double kMostCostOfObservation = 5;  // on average: 2 expected
+  constexpr std::size_t kMinThere = 3;
+  constexpr double kMaxCostOfObservation = 5;  // on average: 2 expected
   const double scatter = std::max(RobustScatter(network), 1e-6);
   const auto by_point = ObservationsByPoint(network);
   std::vector<DoublePoint> doubles;
@@ -165,11 +165,11 @@ std::vector<DoublePoint> FindDoublePoints(const Network& network) {
       places.push_back(station.place);
       directions.emplace_back(station.rotation.transpose() * *line);
     }
-    if (unused.size() < kLeastThere) continue;
+    if (unused.size() < kMinThere) continue;
     const auto start = Intersect(places, directions);
     if (!start) continue;
     const auto fit = FitPoint(network, unused, *start, scatter);
-    if (fit && fit->cost < kMostCostOfObservation * static_cast<double>(unused.size())) {
+    if (fit && fit->cost < kMaxCostOfObservation * static_cast<double>(unused.size())) {
       doubles.push_back({p, by_point[p].size() - unused.size(), unused.size()});
     }
   }
@@ -177,20 +177,20 @@ std::vector<DoublePoint> FindDoublePoints(const Network& network) {
 }
 
 std::vector<MovedPoint> FindMovedPoints(const Network& network) {
-  constexpr std::size_t kLeastObservations = 3;  // per side
-  constexpr double kLeastGain = 60;  // of cost: far beyond the gain by choosing the split
-  constexpr double kMostCostOfObservation = 5;  // average of the resulting two: 2 expected
+  constexpr std::size_t kMinObservations = 3;  // per side
+  constexpr double kMinGain = 60;              // of cost: far beyond the gain by choosing the split
+  constexpr double kMaxCostOfObservation = 5;  // average of the resulting two: 2 expected
   const double scatter = std::max(RobustScatter(network), 1e-6);
   const auto by_point = ObservationsByPoint(network);
   std::vector<MovedPoint> moved;
   for (std::size_t p = 0; p < by_point.size(); ++p) {
     const std::vector<std::size_t>& observations = by_point[p];
-    if (observations.size() < 2 * kLeastObservations) continue;
+    if (observations.size() < 2 * kMinObservations) continue;
     const auto one = FitPoint(network, observations, network.points[p].at, scatter);
-    if (!one || one->cost < kLeastGain) continue;
+    if (!one || one->cost < kMinGain) continue;
     double best = one->cost;
     MovedPoint candidate;
-    for (std::size_t k = kLeastObservations; k + kLeastObservations <= observations.size(); ++k) {
+    for (std::size_t k = kMinObservations; k + kMinObservations <= observations.size(); ++k) {
       const auto middle = observations.begin() + static_cast<std::ptrdiff_t>(k);
       const auto before = FitPoint(network, {observations.begin(), middle}, one->at, scatter);
       const auto after = FitPoint(network, {middle, observations.end()}, one->at, scatter);
@@ -198,8 +198,8 @@ std::vector<MovedPoint> FindMovedPoints(const Network& network) {
       best = before->cost + after->cost;
       candidate = {p, network.observations[*middle].station, (after->at - before->at).norm()};
     }
-    if (one->cost - best > kLeastGain &&
-        best < kMostCostOfObservation * static_cast<double>(observations.size())) {
+    if (one->cost - best > kMinGain &&
+        best < kMaxCostOfObservation * static_cast<double>(observations.size())) {
       moved.push_back(candidate);
     }
   }
@@ -236,7 +236,7 @@ struct PointStep {
 
 std::optional<PointStep> StepOf(const std::vector<PointPull>& pulls,
                                 const std::vector<std::size_t>& rank, std::size_t first_after) {
-  constexpr int kLeastOfSide = 3;
+  constexpr int kMinOfSide = 3;
   PointPull before;
   PointPull after;
   int of_before = 0;
@@ -248,7 +248,7 @@ std::optional<PointStep> StepOf(const std::vector<PointPull>& pulls,
     side.right += pull.right;
     ++(is_after ? of_after : of_before);
   }
-  if (of_before < kLeastOfSide || of_after < kLeastOfSide) return std::nullopt;
+  if (of_before < kMinOfSide || of_after < kMinOfSide) return std::nullopt;
   const Eigen::Matrix3d of_before_mm2 = before.normal.inverse();
   const Eigen::Matrix3d of_after_mm2 = after.normal.inverse();
   const Vector3d by = of_after_mm2 * after.right - of_before_mm2 * before.right;
@@ -264,20 +264,20 @@ struct JointStep {
 };
 
 JointStep FindJointStep(const PullsOfPoint& pulls, const std::vector<std::size_t>& rank) {
-  constexpr double kOfPoint = 3;       // degrees of freedom
-  constexpr double kMostOfPoint = 30;  // one point that moved is no change of the shape
-  constexpr int kLeastPoints = 4;
+  constexpr double kOfPoint = 3;      // degrees of freedom
+  constexpr double kMaxOfPoint = 30;  // one point that moved is no change of the shape
+  constexpr int kMinPoints = 4;
   JointStep most;
   for (std::size_t first_after = 1; first_after < rank.size(); ++first_after) {
     double sum = 0;
     int points = 0;
     for (const auto& of_point : pulls) {
       if (const auto step = StepOf(of_point, rank, first_after)) {
-        sum += std::min(step->chi_square, kMostOfPoint);
+        sum += std::min(step->chi_square, kMaxOfPoint);
         ++points;
       }
     }
-    if (points < kLeastPoints) continue;
+    if (points < kMinPoints) continue;
     const double mean = kOfPoint * points;
     const double sigmas = (sum - mean) / std::sqrt(2 * mean);
     if (sigmas > most.sigmas) most = {first_after, sigmas};
@@ -288,19 +288,19 @@ JointStep FindJointStep(const PullsOfPoint& pulls, const std::vector<std::size_t
 }  // namespace
 
 std::optional<ShapeStep> FindShapeStep(const Network& network, Random& random) {
-  constexpr double kLeastSigmas = 5;
+  constexpr double kMinSigmas = 5;
   constexpr int kOrders = 20;
   constexpr double kBeyondOrders = 4;  // their standard deviations above their mean
   // Limits of the deviation of random orders: 1.2 to 1.5 in sound networks; a true step widens it,
   // too.
-  constexpr double kLeastDeviation = 1.0;
-  constexpr double kMostDeviation = 2.5;
+  constexpr double kMinDeviation = 1.0;
+  constexpr double kMaxDeviation = 2.5;
   constexpr double kOfOnePoint = 16.27;  // chi-square of three degrees: 0.1 %
   const PullsOfPoint pulls = PullsOf(network);
   std::vector<std::size_t> rank(network.stations.size());
   for (std::size_t s = 0; s < rank.size(); ++s) rank[s] = s;
   const JointStep step = FindJointStep(pulls, rank);
-  if (step.sigmas < kLeastSigmas) return std::nullopt;
+  if (step.sigmas < kMinSigmas) return std::nullopt;
   double sum = 0;
   double squares = 0;
   for (int order = 0; order < kOrders; ++order) {
@@ -311,7 +311,7 @@ std::optional<ShapeStep> FindShapeStep(const Network& network, Random& random) {
   }
   const double mean = sum / kOrders;
   const double deviation = std::sqrt(std::max(squares / kOrders - mean * mean, 0.0));
-  if (step.sigmas < mean + kBeyondOrders * std::clamp(deviation, kLeastDeviation, kMostDeviation))
+  if (step.sigmas < mean + kBeyondOrders * std::clamp(deviation, kMinDeviation, kMaxDeviation))
     return std::nullopt;
   for (std::size_t s = 0; s < rank.size(); ++s) rank[s] = s;
   ShapeStep found{step.first_after, 0, 0, 0};
@@ -349,22 +349,22 @@ std::optional<StationFit> FitWithFocal(Network network,
 }  // namespace
 
 std::optional<FocalStep> FindFocalStep(const Network& network) {
-  constexpr std::size_t kLeastStations = 2;  // per side
-  constexpr std::size_t kLeastObservations = 6;
-  constexpr double kLeastGain = 60;
-  constexpr double kMostCostOfObservation = 5;  // in their scatter: 2 expected
+  constexpr std::size_t kMinStations = 2;  // per side
+  constexpr std::size_t kMinObservations = 6;
+  constexpr double kMinGain = 60;
+  constexpr double kMaxCostOfObservation = 5;  // in their scatter: 2 expected
   const double scatter = std::max(RobustScatter(network), 1e-6);
   const auto observations = ObservationsByStation(network);
   std::vector<std::pair<std::size_t, double>> focals;
   std::vector<double> weights;
   for (std::size_t s = 0; s < observations.size(); ++s) {
-    if (!network.stations[s].placed || observations[s].size() < kLeastObservations) continue;
+    if (!network.stations[s].placed || observations[s].size() < kMinObservations) continue;
     const auto fit = FitWithFocal(network, observations[s], network.stations[s], scatter);
-    if (!fit || fit->observations < kLeastObservations) continue;
+    if (!fit || fit->observations < kMinObservations) continue;
     // Few observations have other minima, with focal lengths that are off by half.
-    const auto most_cost =
-        kMostCostOfObservation * scatter * scatter * static_cast<double>(fit->observations);
-    if (!(fit->cost < most_cost)) continue;
+    const auto max_cost =
+        kMaxCostOfObservation * scatter * scatter * static_cast<double>(fit->observations);
+    if (!(fit->cost < max_cost)) continue;
     focals.emplace_back(s, fit->focal_px);
     weights.push_back(1 / std::pow(scatter * fit->focal_sigma_px, 2));
   }
@@ -377,12 +377,12 @@ std::optional<FocalStep> FindFocalStep(const Network& network) {
   }
   double sum = 0;
   double weight = 0;
-  double best = kLeastGain;
+  double best = kMinGain;
   std::optional<FocalStep> step;
-  for (std::size_t i = 0; i + kLeastStations < focals.size(); ++i) {
+  for (std::size_t i = 0; i + kMinStations < focals.size(); ++i) {
     sum += weights[i] * focals[i].second;
     weight += weights[i];
-    if (i + 1 < kLeastStations) continue;
+    if (i + 1 < kMinStations) continue;
     const double before = sum / weight;
     const double after = (all - sum) / (all_weight - weight);
     const double gain =

@@ -27,9 +27,8 @@ constexpr double kLossWidth = 3;  // sigmas, of Cauchy's loss
 constexpr const char* kUndetermined =
     "the pictures do not determine where all of this is: the targets lie along one line, or the "
     "pictures are all from one place; take them from all around";
-constexpr double kGrossSigma = 30;  // beyond it an observation is wrong before any test of it
-constexpr double kLeastScatter =
-    0.2;  // stated sigmas may be too large by that, no more is believed
+constexpr double kGrossSigma = 30;   // beyond it an observation is wrong before any test of it
+constexpr double kMinScatter = 0.2;  // stated sigmas may be too large by that, no more is believed
 
 Survey Ended(Survey survey, Verdict verdict, std::string reason) {
   survey.verdict = verdict;
@@ -57,9 +56,9 @@ void Settle(const NetworkStartOptions& start, Network& network, Random& random) 
   for (int round = 0; round < kRounds; ++round) {
     BundleOptions options;
     options.bars = false;
-    options.loss_sigma = kLossWidth * std::max(RobustScatter(network), kLeastScatter);
+    options.loss_sigma = kLossWidth * std::max(RobustScatter(network), kMinScatter);
     (void)AdjustBundle(options, network);
-    const double gross = kGrossSigma * std::max(RobustScatter(network), kLeastScatter);
+    const double gross = kGrossSigma * std::max(RobustScatter(network), kMinScatter);
     for (NetworkObservation& observation : network.observations) {
       if (!network.stations[observation.station].placed ||
           !network.points[observation.point].placed)
@@ -79,8 +78,8 @@ bool DropWeak(const SurveyOptions& options, const IndexedSurvey& indexed, Survey
   for (std::size_t p = 0; p < network.points.size(); ++p) {
     if (!network.points[p].placed) continue;
     const PointSupport& of = support[p];
-    if (of.observations >= options.least_observations &&
-        of.widest_angle_rad >= options.least_angle_rad) {
+    if (of.observations >= options.min_observations &&
+        of.widest_angle_rad >= options.min_angle_rad) {
       continue;
     }
     network.points[p].placed = false;
@@ -89,16 +88,16 @@ bool DropWeak(const SurveyOptions& options, const IndexedSurvey& indexed, Survey
     survey.notices.push_back(fmt::format(
         "target {} is not given: {} observations, at most {:.0f} degrees apart; {} and {:.0f} are "
         "needed: photograph it from more sides",
-        indexed.ids[p], of.observations, Degrees(of.widest_angle_rad), options.least_observations,
-        Degrees(options.least_angle_rad)));
+        indexed.ids[p], of.observations, Degrees(of.widest_angle_rad), options.min_observations,
+        Degrees(options.min_angle_rad)));
   }
-  constexpr int kLeastOfStation = 4;  // 8 equations for 6 numbers
+  constexpr int kMinOfStation = 4;  // 8 equations for 6 numbers
   std::vector<int> of_station(network.stations.size());
   for (const NetworkObservation& observation : network.observations) {
     if (TakesPart(network, observation)) ++of_station[observation.station];
   }
   for (std::size_t s = 0; s < network.stations.size(); ++s) {
-    if (!network.stations[s].placed || of_station[s] >= kLeastOfStation) continue;
+    if (!network.stations[s].placed || of_station[s] >= kMinOfStation) continue;
     network.stations[s].placed = false;
     survey.stations[s].reason =
         fmt::format("agrees with the others in {} of its targets only", of_station[s]);
@@ -199,7 +198,7 @@ double ScatterOf(const Network& network, const NetworkPrecision& precision, std:
     squares += misclosure->squaredNorm() / (observation.sigma_px * observation.sigma_px);
     redundancy += 2 * precision.observations[i].redundancy;
   }
-  return std::max(std::sqrt(squares / std::max(redundancy, 1.0)), kLeastScatter);
+  return std::max(std::sqrt(squares / std::max(redundancy, 1.0)), kMinScatter);
 }
 
 // Returns bars with both ends in the network, and their lengths in the network without bars.
@@ -345,7 +344,7 @@ std::optional<std::string> FocalReason(const SurveyInput& input, const Network& 
 std::optional<std::string> StepReason(const SurveyInput& input, const IndexedSurvey& indexed,
                                       Random& random) {
   Network network = indexed.network;
-  const double scatter = std::max(RobustScatter(network), kLeastScatter);
+  const double scatter = std::max(RobustScatter(network), kMinScatter);
   for (NetworkObservation& observation : network.observations) observation.sigma_px *= scatter;
   const auto step = FindShapeStep(network, random);
   if (!step) return std::nullopt;
@@ -444,7 +443,7 @@ Result<Survey> SolveSurvey(const SurveyInput& input, const SurveyOptions& option
   if (!adjusted.scale.fault.empty()) return ended(Verdict::kRefused, adjusted.scale.fault);
   LayDatum(network);
   adjusted.precision = PrecisionOf(network, kLensFree, true);
-  if (adjusted.scatter <= options.most_variance_root && HasPlainPoints(input)) {
+  if (adjusted.scatter <= options.max_variance_root && HasPlainPoints(input)) {
     AddPlain(input, options, indexed, survey, adjusted, random);
     if (!adjusted.precision.determined) return ended(Verdict::kCannotTell, kUndetermined);
     if (!adjusted.scale.fault.empty()) return ended(Verdict::kRefused, adjusted.scale.fault);
@@ -455,12 +454,12 @@ Result<Survey> SolveSurvey(const SurveyInput& input, const SurveyOptions& option
   survey.notices.insert(survey.notices.end(), adjusted.scale.notices.begin(),
                         adjusted.scale.notices.end());
   if (!adjusted.scale.unchecked.empty()) survey.unchecked.push_back(adjusted.scale.unchecked);
-  if (adjusted.scatter > options.most_variance_root) {
+  if (adjusted.scatter > options.max_variance_root) {
     return ended(Verdict::kRefused,
                  fmt::format("the targets' centres scatter by {:.1f} times what is stated of them "
                              "(at most {:.1f}): a lens that moves (autofocus, stabiliser), a part "
                              "that bends, or stated uncertainties far too small",
-                             adjusted.scatter, options.most_variance_root));
+                             adjusted.scatter, options.max_variance_root));
   }
   if (const auto weak = WeakLens(survey)) return ended(Verdict::kCannotTell, *weak);
   survey = ended(Verdict::kGood, {});

@@ -50,13 +50,13 @@ struct SurveyInput {
 struct SurveyOptions {
   /// Minimum number of observations of a reported target, 3 or more: with two, an error of one is
   /// not detected.
-  int least_observations = 3;
+  int min_observations = 3;
   /// Minimum angle between two of its lines of sight.
-  double least_angle_rad = 0.26;  // 15 degrees
+  double min_angle_rad = 0.26;  // 15 degrees
   /// Probability that data snooping rejects an observation of sound data.
   double false_alarm = 0.05;
   /// Upper limit of the observations' scatter, in stated sigmas; beyond it the survey is refused.
-  double most_variance_root = 5;
+  double max_variance_root = 5;
   /// Seed of the random draws for starting values.
   std::uint64_t seed = 1;
 };
@@ -71,7 +71,7 @@ struct SurveyedTarget {
   Eigen::Vector3d seen_from = Eigen::Vector3d::UnitZ();
   double rms_px = 0;  ///< per axis
   /// Minimum share of an error that its residual would show, 0 … 1.
-  double least_redundancy = 0;
+  double min_redundancy = 0;
   bool plain = false;  ///< found by its places in the pictures, not read
 };
 

@@ -57,13 +57,13 @@ std::optional<std::size_t> PointAt(const Network& network, const NetworkObservat
 
 // Returns the largest angle between two of these unit lines, up to 90 degrees.
 double WidestAngle(const std::vector<Vector3d>& lines) {
-  double least_cosine = 1;
+  double min_cosine = 1;
   for (std::size_t i = 0; i < lines.size(); ++i) {
     for (std::size_t j = i + 1; j < lines.size(); ++j) {
-      least_cosine = std::min(least_cosine, std::abs(lines[i].dot(lines[j])));
+      min_cosine = std::min(min_cosine, std::abs(lines[i].dot(lines[j])));
     }
   }
-  return std::acos(least_cosine);
+  return std::acos(min_cosine);
 }
 
 // Returns each point's lines of sight from the placed stations, even if they do not meet.
@@ -82,7 +82,7 @@ std::vector<std::vector<Vector3d>> RaysOf(const Network& network) {
 // Returns the focal length with which a picture fits the placed points, if there is one.
 std::optional<double> OtherFocal(Network network, const std::vector<std::size_t>& observations,
                                  double tolerance_px, Random& random) {
-  constexpr double kLeastShare = 0.8;
+  constexpr double kMinShare = 0.8;
   constexpr std::size_t kLeast = 6;
   const double focal = network.lens[kFocal];
   for (const double factor : {0.9, 1.1, 0.8, 1.25, 0.65, 1.55}) {
@@ -101,8 +101,7 @@ std::optional<double> OtherFocal(Network network, const std::vector<std::size_t>
           ProjectLens(network.lens, fit->station.FromObject(network.points[observation.point].at));
       if (there && (there->pixel - observation.pixel).norm() < tolerance_px) ++agreeing;
     }
-    if (static_cast<double>(agreeing) >=
-        kLeastShare * static_cast<double>(resection->observations)) {
+    if (static_cast<double>(agreeing) >= kMinShare * static_cast<double>(resection->observations)) {
       return fit->focal_px;
     }
   }
@@ -269,8 +268,8 @@ std::optional<std::string> FallsApart(const SurveyInput& input, const Survey& su
       first = fmt::format("; {} {}", survey.stations[s].picture, survey.stations[s].reason);
     }
   }
-  constexpr double kLeastShare = 2.0 / 3;
-  if (static_cast<double>(placed) >= kLeastShare * static_cast<double>(with_targets)) {
+  constexpr double kMinShare = 2.0 / 3;
+  if (static_cast<double>(placed) >= kMinShare * static_cast<double>(with_targets)) {
     return std::nullopt;
   }
   return fmt::format(
@@ -314,8 +313,8 @@ AdjustmentCheck CheckOf(const IndexedSurvey& indexed, const SurveyOptions& optio
   std::vector<bool> disagrees(network.points.size());
   const auto rays = RaysOf(network);
   for (std::size_t p = 0; p < network.points.size(); ++p) {
-    const bool seen_enough = std::ssize(rays[p]) > options.least_observations &&
-                             WidestAngle(rays[p]) >= options.least_angle_rad;
+    const bool seen_enough = std::ssize(rays[p]) > options.min_observations &&
+                             WidestAngle(rays[p]) >= options.min_angle_rad;
     disagrees[p] = moved.contains(p) || (!network.points[p].placed && seen_enough);
   }
   RejectionTally tally;
@@ -360,7 +359,7 @@ void FillAnswer(const SurveyInput& input, const IndexedSurvey& indexed,
     target.widest_angle_rad = support[p].widest_angle_rad;
     target.seen_from = support[p].seen_from;
     target.rms_px = by_point[p].Rms();
-    target.least_redundancy = least[p];
+    target.min_redundancy = least[p];
     target.plain = p >= indexed.coded;
     survey.targets.push_back(std::move(target));
     row += 3;
@@ -382,8 +381,8 @@ void FillAnswer(const SurveyInput& input, const IndexedSurvey& indexed,
 }
 
 std::optional<std::string> WeakLens(const Survey& survey) {
-  constexpr double kMostShare = 5e-3;
-  if (survey.lens_sigma[kFocal] <= kMostShare * survey.lens[kFocal]) return std::nullopt;
+  constexpr double kMaxShare = 5e-3;
+  if (survey.lens_sigma[kFocal] <= kMaxShare * survey.lens[kFocal]) return std::nullopt;
   return fmt::format(
       "the focal length is known to {:.1f} of {:.0f} px only: photograph the part obliquely from "
       "all sides, some pictures with the camera rolled by 90 degrees",
@@ -403,7 +402,7 @@ std::string SideOf(const Eigen::Vector3d& direction) {
 
 std::vector<std::string> AdvisePictures(const Survey& survey) {
   constexpr int kFewObservations = 6;
-  constexpr int kMostNamed = 12;
+  constexpr int kMaxNamed = 12;
   constexpr double kMuchWorse = 2;  // than the median target
   std::vector<double> sigmas_mm;
   for (const SurveyedTarget& target : survey.targets) sigmas_mm.push_back(target.sigma_mm.norm());
@@ -423,7 +422,7 @@ std::vector<std::string> AdvisePictures(const Survey& survey) {
     Weak& weak = weak_from[SideOf(target.seen_from)];
     weak.fewest =
         weak.ids.empty() ? target.observations : std::min(weak.fewest, target.observations);
-    if (weak.named < kMostNamed) {
+    if (weak.named < kMaxNamed) {
       weak.ids += (weak.ids.empty() ? "" : ", ") + target.id;
       ++weak.named;
     } else {

@@ -16,7 +16,7 @@ using ::testing::HasSubstr;
 
 constexpr std::uint64_t kSeed = 700;
 
-std::string Words(const Survey& survey) {
+std::string ReasonText(const Survey& survey) {
   std::string words = survey.reason + "\n";
   for (const std::string& notice : survey.notices) words += notice + "\n";
   for (const std::string& unchecked : survey.unchecked) words += "unchecked: " + unchecked + "\n";
@@ -61,7 +61,7 @@ TEST(SurveyContradiction, AWrongBarIsNamedOrTheAnswerIsNotGoodOrItsHeadNamesTheB
       SCOPED_TRACE(testing::Message() << "bar " << of << " of " << bars << ", fault " << turn);
       const Survey survey = Solved(input);
       const std::string name = input.bars[of].from + "-" + input.bars[of].to;
-      EXPECT_THAT(Words(survey), HasSubstr(name));
+      EXPECT_THAT(ReasonText(survey), HasSubstr(name));
       if (bars == 1) {
         ASSERT_EQ(survey.unchecked.size(), 1U);
         EXPECT_THAT(survey.unchecked[0], HasSubstr(name));
@@ -130,7 +130,7 @@ TEST(SurveyContradiction, APartOfWhichHalfMovedIsNotMeasured) {
         }
       }
       const Survey survey = Solved(test::Photograph(world, kSeed));
-      EXPECT_NE(survey.verdict, Verdict::kGood) << Words(survey);
+      EXPECT_NE(survey.verdict, Verdict::kGood) << ReasonText(survey);
       EXPECT_THAT(survey.reason, AnyOf(HasSubstr("contradict"), HasSubstr("changed its shape"),
                                        HasSubstr("focal length"), HasSubstr("hang together"),
                                        HasSubstr("a part that bends")));
@@ -163,7 +163,7 @@ TEST(SurveyContradiction, ACodeMisreadInAThirdOfThePicturesIsNamed) {
       }
       // A code that is read so in all pictures is that target's.
       if (every == 1 && std::string(read_as) == "99") continue;
-      std::string named = Words(survey);
+      std::string named = ReasonText(survey);
       for (const SurveyOutlier& outlier : survey.outliers) named += outlier.seen_there + "\n";
       EXPECT_THAT(named, HasSubstr("7"));
       EXPECT_FALSE(IsWrong(world, survey));

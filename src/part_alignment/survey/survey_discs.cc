@@ -83,10 +83,10 @@ Matrix2d MomentsOf(const ImageEllipse& disc) {
 }
 
 std::optional<ObjectDisc> DiscOf(const std::vector<DiscShape>& shapes) {
-  constexpr std::size_t kLeastImages = 3;
+  constexpr std::size_t kMinImages = 3;
   constexpr double kThin = 0.3;   // smallest moment over the middle one: 0 expected
   constexpr double kRound = 1.7;  // largest moment over the middle one: 1 expected
-  if (shapes.size() < kLeastImages) return std::nullopt;
+  if (shapes.size() < kMinImages) return std::nullopt;
   Eigen::Matrix<double, 6, 6> normal = Eigen::Matrix<double, 6, 6>::Zero();
   Eigen::Matrix<double, 6, 1> right = Eigen::Matrix<double, 6, 1>::Zero();
   for (const DiscShape& shape : shapes) {

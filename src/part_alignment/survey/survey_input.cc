@@ -13,7 +13,7 @@
 namespace trammel::part_alignment {
 namespace {
 
-constexpr int kMostPixels = 100'000;
+constexpr int kMaxPixels = 100'000;
 
 // Orders numbers before texts, by value.
 bool BeforeInOrder(const std::string& a, const std::string& b) {
@@ -30,7 +30,7 @@ bool BeforeInOrder(const std::string& a, const std::string& b) {
 
 Result<void> CheckDisc(const SurveyPicture& picture, const ImageEllipse& disc) {
   if (disc.semi_minor_px > 0 && disc.semi_minor_px <= disc.semi_major_px &&
-      disc.semi_major_px < kMostPixels && std::isfinite(disc.angle_rad)) {
+      disc.semi_major_px < kMaxPixels && std::isfinite(disc.angle_rad)) {
     return {};
   }
   return Fail(
@@ -69,10 +69,10 @@ Result<void> CheckPlain(const SurveyPicture& picture) {
 }
 
 Result<void> CheckPicture(const SurveyPicture& picture) {
-  if (picture.width_px < 2 || picture.width_px > kMostPixels || picture.height_px < 2 ||
-      picture.height_px > kMostPixels) {
+  if (picture.width_px < 2 || picture.width_px > kMaxPixels || picture.height_px < 2 ||
+      picture.height_px > kMaxPixels) {
     return Fail(fmt::format("{}: {} x {} px; 2 … {} are possible", picture.name, picture.width_px,
-                            picture.height_px, kMostPixels));
+                            picture.height_px, kMaxPixels));
   }
   if (!picture.discs.empty() && picture.discs.size() != picture.observations.size()) {
     return Fail(fmt::format("{}: {} discs of {} observations; all of them or none", picture.name,
@@ -104,11 +104,10 @@ Result<void> CheckBar(const ScaleBar& bar) {
   if (bar.from == bar.to) {
     return Fail(fmt::format("the scale bar from {} to {} has one end", bar.from, bar.to));
   }
-  constexpr double kLeastShare = 1e-7;      // of the length: 0.1 um per metre, better than any bar
-  constexpr double kMostShare = 1.0 / 200;  // worse than a tape; 10 um of a metre that reads "1 mm"
+  constexpr double kMinShare = 1e-7;       // of the length: 0.1 um per metre, better than any bar
+  constexpr double kMaxShare = 1.0 / 200;  // worse than a tape; 10 um of a metre that reads "1 mm"
   if (!(bar.length_mm > 0 && bar.length_mm < 1e6) ||
-      !(bar.sigma_mm >= kLeastShare * bar.length_mm &&
-        bar.sigma_mm <= kMostShare * bar.length_mm)) {
+      !(bar.sigma_mm >= kMinShare * bar.length_mm && bar.sigma_mm <= kMaxShare * bar.length_mm)) {
     return Fail(fmt::format(
         "the scale bar {}-{}: length {} mm, sigma {} mm; both are in mm, the length must be above "
         "0, sigma from 1e-7 to 1/200 of it",
@@ -146,12 +145,12 @@ Result<void> CheckCopies(const std::vector<SurveyPicture>& pictures) {
     if (!is_new) copies.push_back(fmt::format("{} of {}", picture.name, first->second->name));
   }
   if (copies.empty()) return {};
-  constexpr std::size_t kMostNamed = 5;
+  constexpr std::size_t kMaxNamed = 5;
   std::string words;
-  for (std::size_t i = 0; i < std::min(copies.size(), kMostNamed); ++i) {
+  for (std::size_t i = 0; i < std::min(copies.size(), kMaxNamed); ++i) {
     words += (i == 0 ? "" : ", ") + copies[i];
   }
-  if (copies.size() > kMostNamed) words += fmt::format(" and {} more", copies.size() - kMostNamed);
+  if (copies.size() > kMaxNamed) words += fmt::format(" and {} more", copies.size() - kMaxNamed);
   return Fail(
       fmt::format("pictures that are copies of others, all targets at the same places: {}; leave "
                   "the copies out",
@@ -169,13 +168,13 @@ Result<void> CheckSurvey(const SurveyInput& input, const SurveyOptions& options)
   if (input.focal_length_px && !(*input.focal_length_px > 0 && *input.focal_length_px < 1e6)) {
     return Fail(fmt::format("focal length {} px; above 0 it must be", *input.focal_length_px));
   }
-  if (options.least_observations < 3 || !(options.least_angle_rad > 0) ||
-      !(options.false_alarm > 0 && options.false_alarm < 1) || !(options.most_variance_root > 0)) {
+  if (options.min_observations < 3 || !(options.min_angle_rad > 0) ||
+      !(options.false_alarm > 0 && options.false_alarm < 1) || !(options.max_variance_root > 0)) {
     return Fail(fmt::format(
         "least_observations {} (3 or more), least_angle_rad {} (above 0), false_alarm {} (0 … 1), "
         "most_variance_root {} (above 0)",
-        options.least_observations, options.least_angle_rad, options.false_alarm,
-        options.most_variance_root));
+        options.min_observations, options.min_angle_rad, options.false_alarm,
+        options.max_variance_root));
   }
   return {};
 }

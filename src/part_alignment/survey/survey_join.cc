@@ -32,13 +32,13 @@ struct Landmark {
 };
 
 /// Plain point of the picture at the expected position of a landmark.
-struct Sighting {
+struct LandmarkObservation {
   std::size_t point = 0;  ///< network index
   std::size_t plain = 0;  ///< picture index
 };
 
-struct Sightings {
-  std::vector<Sighting> at_landmarks;
+struct LandmarkObservations {
+  std::vector<LandmarkObservation> at_landmarks;
   double by_chance = 0;
 };
 
@@ -82,8 +82,8 @@ class Resector {
     return network_.points[network_.observations[known_[k]].point].at;
   }
 
-  [[nodiscard]] Sightings Look(const Station& station, double near_px) const {
-    Sightings sightings;
+  [[nodiscard]] LandmarkObservations Look(const Station& station, double near_px) const {
+    LandmarkObservations sightings;
     const double half = near_px / view_.focal_px();
     const double share =
         std::numbers::pi * half * half * static_cast<double>(view_.sights().size()) / view_.area();
@@ -133,7 +133,7 @@ class Resector {
   void TryGuesses(Random& random) {
     constexpr int kPoints = 8;
     for (int i = 0; i < kPoints; ++i) {
-      const PlainSight& sight = view_.sights()[random.Below(view_.sights().size())];
+      const PlainObservation& sight = view_.sights()[random.Below(view_.sights().size())];
       const Vector3d line = Vector3d(sight.slope.x(), sight.slope.y(), 1).normalized();
       for (const Landmark& landmark : landmarks_) {
         if (landmark.point < coded_) continue;
@@ -143,10 +143,11 @@ class Resector {
   }
 
   // Fits the station to its codes and its sightings of the landmarks.
-  std::optional<Station> Fit(const Station& start, const Sightings& sightings, double loss_px) {
+  std::optional<Station> Fit(const Station& start, const LandmarkObservations& sightings,
+                             double loss_px) {
     const std::size_t before = network_.observations.size();
     std::vector<std::size_t> all = known_;
-    for (const Sighting& sighting : sightings.at_landmarks) {
+    for (const LandmarkObservation& sighting : sightings.at_landmarks) {
       all.push_back(network_.observations.size());
       Observe(sighting);
     }
@@ -157,14 +158,14 @@ class Resector {
     return fit->station;
   }
 
-  void Observe(const Sighting& sighting) {
+  void Observe(const LandmarkObservation& sighting) {
     const PlainPoint& point = picture_.plain[sighting.plain];
     network_.observations.push_back(
         {station_, sighting.point, {point.column_px, point.row_px}, point.sigma_px, true});
   }
 
   bool Accept() {
-    Sightings sightings = Look(*best_, kWide_px);
+    LandmarkObservations sightings = Look(*best_, kWide_px);
     for (const double near_px : {kWide_px, 0.5 * kWide_px, kNear_px}) {
       const auto fitted = Fit(*best_, sightings, 0.5 * near_px);
       if (!fitted) return false;
@@ -183,7 +184,7 @@ class Resector {
     if (log_chance > kLogUnlikely || !codes_agree) return false;
     best_->placed = true;
     network_.stations[station_] = *best_;
-    for (const Sighting& sighting : sightings.at_landmarks) {
+    for (const LandmarkObservation& sighting : sightings.at_landmarks) {
       if (sighting.point >= coded_) Observe(sighting);
     }
     return true;

@@ -22,28 +22,28 @@ namespace {
 using Eigen::Vector3d;
 
 constexpr double kMedianChiSquare2 = 1.3862943611198906;  // for two degrees of freedom: 2 ln 2
-constexpr double kLeastNoise = 0.2;                       // floor, in stated sigmas
-constexpr double kMostNoise = 5;
+constexpr double kMinNoise = 0.2;                         // floor, in stated sigmas
+constexpr double kMaxNoise = 5;
 // Maximum sigma of a plain point: reflections on screws move by about as much from picture to
 // picture, and such uncertain outlines determine no disc (part_alignment_study).
-constexpr double kMostSigma_px = 0.5;
+constexpr double kMaxSigma_px = 0.5;
 
 std::optional<std::string> TooMany(const SurveyInput& input) {
   std::size_t all = 0;
   for (const SurveyPicture& picture : input.pictures) {
     all += picture.plain.size();
-    if (picture.plain.size() > kMostPlainOfPicture) {
+    if (picture.plain.size() > kMaxPlainOfPicture) {
       return fmt::format(
           "{} shows {} plain points; up to {} in a picture can be told apart: let the finder take "
           "brighter or larger discs only, or cover what shines",
-          picture.name, picture.plain.size(), kMostPlainOfPicture);
+          picture.name, picture.plain.size(), kMaxPlainOfPicture);
     }
   }
-  if (all <= kMostPlainPoints) return std::nullopt;
+  if (all <= kMaxPlainPoints) return std::nullopt;
   return fmt::format(
       "the pictures show {} plain points; up to {} in all can be matched: leave out pictures, or "
       "points that are no targets",
-      all, kMostPlainPoints);
+      all, kMaxPlainPoints);
 }
 
 // Returns the coded targets' extent, and a tenth of the largest side more.
@@ -99,18 +99,18 @@ double NoiseOf(const SurveyInput& input, const Network& network, const NetworkPr
                const PlainMatchOptions& options, double scatter) {
   constexpr double kWide = 3;
   PlainMatchOptions pilot = options;
-  pilot.least_off_plane = 5;
-  pilot.most_targets = 40;
+  pilot.min_off_plane = 5;
+  pilot.max_targets = 40;
   const double wide = kWide * scatter;
   const Views views = ViewsOf(input, network, precision, options.room, wide);
-  const PlainMatches matches = MatchPlainSights(views.views, pilot);
-  constexpr std::size_t kLeastTargets = 5;
-  if (matches.targets.size() < kLeastTargets) return scatter;
+  const PlainMatches matches = MatchPlainObservations(views.views, pilot);
+  constexpr std::size_t kMinTargets = 5;
+  if (matches.targets.size() < kMinTargets) return scatter;
   std::vector<double> squares;
   for (const PlainMatch& match : matches.targets) {
     const double left = 1 - 1.5 / static_cast<double>(match.members.size());
     for (const PlainMember& member : match.members) {
-      const PlainSight& sight = views.views[member.view].sights()[member.sight];
+      const PlainObservation& sight = views.views[member.view].sights()[member.sight];
       const auto prediction = views.views[member.view].Predict(match.at);
       if (!prediction) continue;
       const Eigen::Vector2d off = sight.slope - prediction->slope;
@@ -122,7 +122,7 @@ double NoiseOf(const SurveyInput& input, const Network& network, const NetworkPr
   // attributed to the points, as too much does less harm to the search than too little.
   const double all = UsualVariance(views);
   const double stations = UsualVariance(ViewsOf(input, network, precision, options.room, 0));
-  return std::max(wide * std::sqrt(ratio * all / (all - stations)), kLeastNoise);
+  return std::max(wide * std::sqrt(ratio * all / (all - stations)), kMinNoise);
 }
 
 double UsualSigma_px(const SurveyInput& input) {
@@ -204,33 +204,33 @@ PlainSearch AddPlainTargets(const SurveyInput& input, const NetworkPrecision& pr
   options.known = CodedOf(network, precision);
   const double noise = NoiseOf(input, network, precision, options, scatter);
   search.noise = noise;
-  if (noise > kMostNoise) {
+  if (noise > kMaxNoise) {
     search.refused = fmt::format(
         "plain points scatter by {:.1f} times what is stated of them (at most {:.0f}): discs that "
         "are no discs, or stated uncertainties far too small",
-        noise, kMostNoise);
+        noise, kMaxNoise);
     return search;
   }
-  if (const double sigma_px = noise * UsualSigma_px(input); sigma_px > kMostSigma_px) {
+  if (const double sigma_px = noise * UsualSigma_px(input); sigma_px > kMaxSigma_px) {
     search.refused = fmt::format(
         "plain points are known to {:.2f} px (at most {:.1f}): reflections on screws and edges "
         "stand as still as targets do; photograph from nearer, and sharper",
-        sigma_px, kMostSigma_px);
+        sigma_px, kMaxSigma_px);
     return search;
   }
   const Views views = ViewsOf(input, network, precision, options.room, noise);
-  PlainMatches matches = MatchPlainSights(views.views, options);
-  if (matches.gave_up || matches.targets.size() > kMostPlainTargets) {
+  PlainMatches matches = MatchPlainObservations(views.views, options);
+  if (matches.gave_up || matches.targets.size() > kMaxPlainTargets) {
     search.refused =
         matches.gave_up
             ? fmt::format(
                   "so many plain points are in one another's epipolar bands that {} "
                   "places do not tell them apart: fewer points, or smaller uncertainties",
-                  options.most_places)
+                  options.max_places)
             : fmt::format(
                   "{} plain targets; up to {} are adjusted together: survey the part in "
                   "pieces",
-                  matches.targets.size(), kMostPlainTargets);
+                  matches.targets.size(), kMaxPlainTargets);
     return search;
   }
   for (std::size_t v = 0; v < views.views.size(); ++v) {

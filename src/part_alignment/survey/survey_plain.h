@@ -14,9 +14,9 @@
 namespace trammel::part_alignment {
 
 /// Maximum numbers of plain points of a picture and in all, and of plain targets; more are refused.
-inline constexpr std::size_t kMostPlainOfPicture = 2000;
-inline constexpr std::size_t kMostPlainPoints = 60'000;
-inline constexpr std::size_t kMostPlainTargets = 1000;
+inline constexpr std::size_t kMaxPlainOfPicture = 2000;
+inline constexpr std::size_t kMaxPlainPoints = 60'000;
+inline constexpr std::size_t kMaxPlainTargets = 1000;
 
 /// State of a survey's plain points while it is solved.
 struct PlainSearch {

@@ -29,10 +29,10 @@ double RadiusOf(const Middle& of) { return std::sqrt(of.xx * of.yy - of.xy * of.
 /// Returns the ellipse with the moments of an outline's area; absent if that is no ellipse.
 std::optional<Middle> EllipseOf(const std::vector<cv::Point>& outline, const Radii& radii) {
   constexpr double kPi = std::numbers::pi;
-  constexpr double kLeastRatio = 0.25;  // ratio of the axes
-  constexpr double kLeastFilled = 0.9;  // area by that of the ellipse of the same moments
+  constexpr double kMinRatio = 0.25;  // ratio of the axes
+  constexpr double kMinFilled = 0.9;  // area by that of the ellipse of the same moments
   const double area = cv::contourArea(outline);
-  if (area < 0.5 * kPi * radii.least * radii.least * kLeastRatio ||
+  if (area < 0.5 * kPi * radii.least * radii.least * kMinRatio ||
       area > kPi * radii.most * radii.most) {
     return std::nullopt;
   }
@@ -43,10 +43,10 @@ std::optional<Middle> EllipseOf(const std::vector<cv::Point>& outline, const Rad
   const double det = a * c - b * b;
   if (!(det > 0)) return std::nullopt;
   const double root = std::sqrt(det);
-  if (area < kLeastFilled * 4 * kPi * root) return std::nullopt;
+  if (area < kMinFilled * 4 * kPi * root) return std::nullopt;
   const double mean = 0.5 * (a + c);
   const double spread = std::hypot(0.5 * (a - c), b);
-  if (mean - spread < kLeastRatio * kLeastRatio * (mean + spread)) return std::nullopt;
+  if (mean - spread < kMinRatio * kMinRatio * (mean + spread)) return std::nullopt;
   // An ellipse's variance along an axis is a quarter of the axis' square. The outline runs through
   // the middles of its pixels, half a pixel within.
   const double norm = 0.5 * std::sqrt(a + c + 2 * root);
@@ -63,7 +63,7 @@ std::optional<Middle> EllipseOf(const std::vector<cv::Point>& outline, const Rad
 }
 
 /// @param least_step  grey levels of difference from the mean around.
-void AddBlobs(const cv::Mat& picture, const Radii& radii, double least_step,
+void AddBlobs(const cv::Mat& picture, const Radii& radii, double min_step,
               std::vector<Blob>& blobs) {
   cv::Mat around;
   cv::boxFilter(picture, around, CV_8U, {kWindow_px, kWindow_px}, {-1, -1}, true,
@@ -71,7 +71,7 @@ void AddBlobs(const cv::Mat& picture, const Radii& radii, double least_step,
   cv::Mat differs;
   for (const bool dark : {true, false}) {
     cv::subtract(dark ? around : picture, dark ? picture : around, differs);
-    cv::threshold(differs, differs, least_step, 255, cv::THRESH_BINARY);
+    cv::threshold(differs, differs, min_step, 255, cv::THRESH_BINARY);
     std::vector<std::vector<cv::Point>> outlines;
     std::vector<cv::Vec4i> levels;
     cv::findContours(differs, outlines, levels, cv::RETR_CCOMP, cv::CHAIN_APPROX_SIMPLE);
@@ -116,7 +116,7 @@ class RimFinder {
 
   /// Casts the rays of a half, 0 or 1; false as soon as too many have crossed nothing.
   bool Find(int half) {
-    constexpr int kMostMissing = 4;
+    constexpr int kMaxMissing = 4;
     constexpr int kStride = 5;  // rays from all around first: what is no disc shows soon
     constexpr double kStep = 2 * std::numbers::pi / kHalf;
     static const std::array kDirections{AllAround<kHalf>(0.25 * kStep, kStride),
@@ -124,7 +124,7 @@ class RimFinder {
     int rays = half * kHalf;
     for (const Offset& direction : kDirections[static_cast<std::size_t>(half)]) {
       Cast(direction);
-      if (static_cast<int>(points_.size()) < ++rays - kMostMissing) return false;
+      if (static_cast<int>(points_.size()) < ++rays - kMaxMissing) return false;
     }
     return true;
   }
@@ -209,7 +209,7 @@ std::optional<Levels> LevelsAbout(const PageView& picture, const Middle& middle,
 bool IsFilled(const PageView& picture, const Middle& middle, const Levels& levels) {
   constexpr int kPlaces = 12;
   constexpr double kWithin = 0.55;
-  constexpr int kMostOutside = 2;
+  constexpr int kMaxOutside = 2;
   static const auto kDirections = AllAround<kPlaces>(0);
   const bool dark = levels.inside < levels.outside;
   int outside = 0;
@@ -221,13 +221,13 @@ bool IsFilled(const PageView& picture, const Middle& middle, const Levels& level
     const int grey = picture.row(static_cast<int>(y))[static_cast<int>(x)];
     outside += (2 * grey < levels.inside + levels.outside) != dark ? 1 : 0;
   }
-  return outside <= kMostOutside;
+  return outside <= kMaxOutside;
 }
 
 }  // namespace
 
 std::vector<Blob> FindBlobs(const PageView& picture, const BlobRules& rules) {
-  constexpr double kLeastStep = 2;  // grey levels
+  constexpr double kMinStep = 2;  // grey levels
   constexpr double kSigmas = 3.2;
   constexpr double kBlurred = 0.273;  // noise remaining after 5 x 5 binomial smoothing
   constexpr double kFoot_px = 2;      // how far beyond its edge a small disc's outline may lie
@@ -241,7 +241,7 @@ std::vector<Blob> FindBlobs(const PageView& picture, const BlobRules& rules) {
     soft = softer;
     noise = kBlurred * rules.noise;
   }
-  const double step = std::max(kLeastStep, std::ceil(kSigmas * noise));
+  const double step = std::max(kMinStep, std::ceil(kSigmas * noise));
   const double most = 1.1 * rules.max_radius_px + kFoot_px;
   constexpr double kSpan = 2.8;  // range of radii per scale; the next scale's are twice as large
   Radii radii{rules.min_radius_px - 0.5, kSpan * rules.min_radius_px};

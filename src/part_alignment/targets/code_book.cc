@@ -18,9 +18,9 @@ constexpr std::array<std::uint32_t, 44> kWords14{
     821,  877,  1101, 1187, 1271, 1407, 1427, 1487, 1509, 1631, 1723, 1773, 1843, 1877, 1959,
     1981, 2027, 2365, 2381, 2487, 2527, 2647, 2767, 2943, 2989, 3503, 3767, 4061, 5559};
 
-constexpr int kLeastDistance = 3;
-constexpr int kLeastOfEither = 3;
-constexpr int kLeastChanges = 4;
+constexpr int kMinDistance = 3;
+constexpr int kMinOfEither = 3;
+constexpr int kMinChanges = 4;
 
 std::uint32_t Rotated(int bits, std::uint32_t word, int by) {
   const std::uint32_t mask = (1U << bits) - 1;
@@ -29,10 +29,10 @@ std::uint32_t Rotated(int bits, std::uint32_t word, int by) {
 
 bool IsFit(int bits, std::uint32_t word) {
   const int ones = std::popcount(word);
-  if (ones < kLeastOfEither || bits - ones < kLeastOfEither) return false;
-  if (std::popcount(word ^ Rotated(bits, word, 1)) < kLeastChanges) return false;
+  if (ones < kMinOfEither || bits - ones < kMinOfEither) return false;
+  if (std::popcount(word ^ Rotated(bits, word, 1)) < kMinChanges) return false;
   for (int by = 1; by < bits; ++by) {
-    if (std::popcount(word ^ Rotated(bits, word, by)) < kLeastDistance) return false;
+    if (std::popcount(word ^ Rotated(bits, word, by)) < kMinDistance) return false;
   }
   return true;
 }
@@ -68,7 +68,7 @@ std::vector<std::uint32_t> Misreadings(int bits, std::uint32_t word) {
 }
 
 /// Takes each word, in ascending order, that cannot be confused with an earlier one.
-std::vector<std::uint32_t> GreedyWords(int bits) {
+std::vector<std::uint32_t> GreedyText(int bits) {
   const std::uint32_t count = 1U << bits;
   std::vector<bool> taken(count);
   std::vector<bool> barred(count);
@@ -95,7 +95,7 @@ std::vector<std::uint32_t> GreedyWords(int bits) {
 Result<CodeBook> MakeCodeBook(int bits) {
   if (bits == 12) return CodeBook{bits, {kWords12.begin(), kWords12.end()}};
   if (bits == 14) return CodeBook{bits, {kWords14.begin(), kWords14.end()}};
-  if (bits == 20) return CodeBook{bits, GreedyWords(bits)};
+  if (bits == 20) return CodeBook{bits, GreedyText(bits)};
   return Fail(fmt::format("code of {} bits: must be 12, 14 or 20", bits));
 }
 

@@ -66,7 +66,7 @@ constexpr float kBlack = 0.5F;
 constexpr double kReach = 3.5;       ///< the edge is over, in blurs
 constexpr double kMargin_px = 1.5;   ///< flat pixels beyond it, on either side
 constexpr double kOuterLimit = 1.8;  ///< radii: short of the ring
-constexpr double kLeastOuterLimit = 1.4;
+constexpr double kMinOuterLimit = 1.4;
 constexpr double kRingReach = 3;  ///< blurs before the ring from where on it is part of the model
 
 /// Number of pixels processed together: Eigen vectorises them as the processor allows.
@@ -90,9 +90,9 @@ class SoftRing {
  public:
   SoftRing(const RingShade& ring, double blur_rad) {
     constexpr double kStep = 2 * std::numbers::pi / RingShade::kAngles;
-    constexpr int kMostReach = 40;
-    const int reach = std::min(static_cast<int>(std::ceil(3 * blur_rad / kStep)), kMostReach);
-    std::array<float, RingShade::kAngles + 2 * kMostReach> around;
+    constexpr int kMaxReach = 40;
+    const int reach = std::min(static_cast<int>(std::ceil(3 * blur_rad / kStep)), kMaxReach);
+    std::array<float, RingShade::kAngles + 2 * kMaxReach> around;
     for (int i = 0; i < RingShade::kAngles + 2 * reach; ++i) {
       around[i] = ring.cover[(i - reach) & (RingShade::kAngles - 1)];
     }
@@ -130,7 +130,7 @@ class Pass {
     band_px_ = static_cast<float>(band_px);
     // Ends before the ring's blurred edge, which would have to be known well.
     const double limit =
-        std::clamp(kRingInner - 2 * m_.blur_px / radius_px, kLeastOuterLimit, kOuterLimit);
+        std::clamp(kRingInner - 2 * m_.blur_px / radius_px, kMinOuterLimit, kOuterLimit);
     outer_ = std::min(limit, 1 + band_px / radius_px * 1.5);
     inner_ = std::max(0.0, 1 - band_px / radius_px * 1.5);
     const double steepest = 0.5 * (m_.wxx + m_.wyy) + std::hypot(0.5 * (m_.wxx - m_.wyy), m_.wxy);
@@ -368,21 +368,21 @@ void Step(const DiscVector& d, DiscModel& m) {
 /// hardly noise.
 void ShrinkGradient(const DiscMatrix& covariance, DiscFit& fit) {
   constexpr double kNoiseChi2 = 3;  ///< two parameters: 78 % of pictures without one are below
-  constexpr double kLeastShare = 0.25;
+  constexpr double kMinShare = 0.25;
   constexpr double kCertainChi2 = 6;  ///< noise alone reaches it in 5 % of pictures
   DiscModel& m = fit.model;
   const double a = covariance(8, 8);
   const double b = covariance(8, 9);
   const double c = covariance(9, 9);
   const double det = a * c - b * b;
-  double share = kLeastShare;
+  double share = kMinShare;
   std::array<double, 2> by_gradient{};  // variance that the gradient brings, in units of noise²
   if (det > 0) {
     const double px = (c * m.gradient_x - b * m.gradient_y) / det;
     const double py = (a * m.gradient_y - b * m.gradient_x) / det;
     const double chi2 = (px * m.gradient_x + py * m.gradient_y) / (fit.noise * fit.noise);
     const double back = std::min(1.0, kNoiseChi2 / std::max(chi2, 1e-12));
-    share = std::clamp(chi2 / kCertainChi2, kLeastShare, 1.0);
+    share = std::clamp(chi2 / kCertainChi2, kMinShare, 1.0);
     m.column_px -= back * (covariance(0, 8) * px + covariance(0, 9) * py);
     m.row_px -= back * (covariance(1, 8) * px + covariance(1, 9) * py);
     m.gradient_x *= 1 - back;
@@ -497,7 +497,7 @@ double MeanRadius(const DiscModel& model) {
 
 std::optional<DiscFit> FitDisc(const PageView& picture, const DiscModel& start,
                                const RingShade& ring) {
-  constexpr int kLeastSamples = 3 * kDiscParameters;
+  constexpr int kMinSamples = 3 * kDiscParameters;
   constexpr double kWorse = 1.05;  ///< the band moves with the edge, so a little more is no loss
   // Some rows make a first step good enough.
   const int first_every = std::clamp(static_cast<int>(MeanRadius(start) / kRowsOfFirst), 1, 6);
@@ -511,7 +511,7 @@ std::optional<DiscFit> FitDisc(const PageView& picture, const DiscModel& start,
   for (int iteration = 0; iteration < kMaxIterations; ++iteration) {
     const int every = iteration == 0 ? first_every : 1;
     const DiscNormal normal = SumOverPixels(picture, fit.model, ring, every);
-    if (normal.samples - normal.saturated < kLeastSamples) return std::nullopt;
+    if (normal.samples - normal.saturated < kMinSamples) return std::nullopt;
     const double mean = normal.rss / (normal.samples - normal.saturated);
     // The fit of a few rows does not represent all of them.
     if (kept_every != 1 || mean < kWorse * best_mean) {

@@ -81,16 +81,16 @@ class SeenCells {
 /// Returns the fault of a picture: not 8-bit grey, a side below 16 or above 32,767 px; absent if it
 /// is usable.
 std::optional<std::string> PictureProblem(const PageView& picture) {
-  constexpr int kLeastSide = 16;
-  constexpr int kMostSide = 32767;
+  constexpr int kMinSide = 16;
+  constexpr int kMaxSide = 32767;
   if (picture.data == nullptr || picture.channels != 1) {
     return fmt::format("picture with {} channels: targets are looked for in grey, 1 channel",
                        picture.channels);
   }
-  if (std::min(picture.width, picture.height) < kLeastSide ||
-      std::max(picture.width, picture.height) > kMostSide) {
+  if (std::min(picture.width, picture.height) < kMinSide ||
+      std::max(picture.width, picture.height) > kMaxSide) {
     return fmt::format("picture of {} x {} px: must have {} ... {} px a side", picture.width,
-                       picture.height, kLeastSide, kMostSide);
+                       picture.height, kMinSide, kMaxSide);
   }
   return std::nullopt;
 }
@@ -293,14 +293,14 @@ class Search {
       return;
     }
     // An edge that light saturates within a pixel has next to nothing to fit.
-    constexpr double kMostSaturated = 0.9;
-    if (fit->saturated > kMostSaturated * fit->samples) {
+    constexpr double kMaxSaturated = 0.9;
+    if (fit->saturated > kMaxSaturated * fit->samples) {
       Reject(RejectReason::kSaturated, rough, number);
       return;
     }
     // Anything but a blurred ellipse fits worse than the picture's noise explains.
-    const double most_noise = 3 + 0.06 * std::abs(fit->model.contrast) + noise_;
-    if (fit->noise > most_noise) {
+    const double max_noise = 3 + 0.06 * std::abs(fit->model.contrast) + noise_;
+    if (fit->noise > max_noise) {
       Reject(RejectReason::kDamaged, rough, number);
       return;
     }

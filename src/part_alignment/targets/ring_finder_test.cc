@@ -119,8 +119,8 @@ TEST_P(Accuracy, OfTheCentreIsWithin1Point3OfTheCramerRaoBound) {
   // Part of what a gradient of the light would cost is always in it.
   EXPECT_GT(std::sqrt(stated), 0.85 * rms_px);
   // An edge as wide as the gap leaves hardly any light to see a gradient in.
-  const double most_stated = c.look.blur_px > 0.15 * c.radius ? 3.5 : 1.5;
-  EXPECT_LT(std::sqrt(stated), most_stated * rms_px);
+  const double max_stated = c.look.blur_px > 0.15 * c.radius ? 3.5 : 1.5;
+  EXPECT_LT(std::sqrt(stated), max_stated * rms_px);
 }
 
 INSTANTIATE_TEST_SUITE_P(

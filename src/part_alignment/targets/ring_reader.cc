@@ -57,7 +57,7 @@ struct Around {
 /// else.
 /// @param least  contrast, in soft grey.
 std::optional<Around> LookAround(const DiscPlane& plane, int sign, double least) {
-  constexpr int kLeastTold = 18;
+  constexpr int kMinTold = 18;
   constexpr double kWildest = 0.7;  // ink below 0 or above 1
   constexpr double kCrowded = 0.6;
   static const auto kDirections = AllAround<kAround>(0);
@@ -89,27 +89,27 @@ std::optional<Around> LookAround(const DiscPlane& plane, int sign, double least)
         }
       }
     }
-    const int most_told = static_cast<int>(around.ink.size()) + left;
-    if (std::max({kLeastTold, 2 * against, wild, 2 * crowded}) > most_told) return std::nullopt;
+    const int max_told = static_cast<int>(around.ink.size()) + left;
+    if (std::max({kMinTold, 2 * against, wild, 2 * crowded}) > max_told) return std::nullopt;
   }
   return around;
 }
 
 /// Counts directions in which the ring is clearly one of two shades; 0 if it is not in pieces.
 int ClearlyInPieces(const Around& around) {
-  constexpr double kLeastSpan = 0.3;  // between the shades
-  constexpr double kLeastInked = 0.3;
-  constexpr double kMostPlain = 0.5;
+  constexpr double kMinSpan = 0.3;  // between the shades
+  constexpr double kMinInked = 0.3;
+  constexpr double kMaxPlain = 0.5;
   constexpr double kFrom = 0.35;  // of the span: shades in between are unclear
-  constexpr int kLeastChanges = 3;
-  constexpr int kMostChanges = 14;
+  constexpr int kMinChanges = 3;
+  constexpr int kMaxChanges = 14;
   const auto told = static_cast<int>(around.ink.size());
   const int apart = told / 8;  // number cut at the extremes
   std::vector<double> in_order = around.ink;
   std::sort(in_order.begin(), in_order.end());
   const double plain = in_order[static_cast<std::size_t>(apart)];
   const double inked = in_order[static_cast<std::size_t>(told - 1 - apart)];
-  if (inked < kLeastInked || plain > kMostPlain || inked - plain < kLeastSpan) return 0;
+  if (inked < kMinInked || plain > kMaxPlain || inked - plain < kMinSpan) return 0;
   int clear = 0;
   int ink = 0;
   int changes = 0;
@@ -122,38 +122,38 @@ int ClearlyInPieces(const Around& around) {
     changes += shade * before < 0 ? 1 : 0;
     before = shade != 0 ? shade : before;
   }
-  const bool in_pieces = changes >= kLeastChanges && changes <= kMostChanges && ink >= told / 8 &&
+  const bool in_pieces = changes >= kMinChanges && changes <= kMaxChanges && ink >= told / 8 &&
                          clear - ink >= told / 8;
   return in_pieces && 8 * clear >= 5 * told ? clear : 0;
 }
 
 constexpr double kTurn = 2 * std::numbers::pi;
 constexpr int kPerSegment = 8;  ///< samples
-constexpr int kMostSamples = 20 * kPerSegment;
-using Samples = std::array<double, kMostSamples>;
+constexpr int kMaxSamples = 20 * kPerSegment;
+using Samples = std::array<double, kMaxSamples>;
 constexpr int kAgain = kPerSegment;  ///< samples from the circle's begin that follow its end
 
 // Units: contrast; 0 is the surroundings, 1 the disc's shade.
-constexpr double kPlain = 0.35;          ///< gap and quiet zone stay below
-constexpr double kMostScratched = 0.12;  ///< share of the quiet zone, beyond a whole ring
-constexpr double kLeastSpan = 0.35;      ///< between segments without and with ink
-constexpr double kMostLow = 0.3;         ///< segments without ink
-constexpr double kLeastHigh = 0.5;       ///< segments with ink
+constexpr double kPlain = 0.35;         ///< gap and quiet zone stay below
+constexpr double kMaxScratched = 0.12;  ///< share of the quiet zone, beyond a whole ring
+constexpr double kMinSpan = 0.35;       ///< between segments without and with ink
+constexpr double kMaxLow = 0.3;         ///< segments without ink
+constexpr double kMinHigh = 0.5;        ///< segments with ink
 
 // Units of the ring: span between its two shades.
 constexpr double kSure = 0.12;      ///< a segment's least distance from the middle
 constexpr double kSameShade = 0.3;  ///< segments of one value differ by less
 constexpr double kMisfit = 0.45;    ///< deviation of half a segment from its bits
-constexpr double kMostBelow = 0.6;  ///< ring sample below the surroundings
-constexpr int kLeastInked = 3;      ///< segments of a ring, and as many without ink
+constexpr double kMaxBelow = 0.6;   ///< ring sample below the surroundings
+constexpr int kMinInked = 3;        ///< segments of a ring, and as many without ink
 constexpr double kBlank = 0.3;      ///< upper limit of all samples if there is no ring
 
 /// Samples along circles of the target, each in units of the contrast.
 struct Circles {
   int count = 0;
-  std::array<double, kMostSamples> gap;
-  std::array<double, kMostSamples + kAgain> ring;  ///< the first kAgain repeat after the last
-  std::array<double, kMostSamples> quiet;
+  std::array<double, kMaxSamples> gap;
+  std::array<double, kMaxSamples + kAgain> ring;  ///< the first kAgain repeat after the last
+  std::array<double, kMaxSamples> quiet;
 };
 
 /// Map from the plane of W (p - c) to the picture.
@@ -202,7 +202,7 @@ class CircleSampler {
  private:
   const PageView& picture_;
   Offset middle_;
-  std::array<Offset, kMostSamples> spokes_;  ///< at radius 1
+  std::array<Offset, kMaxSamples> spokes_;  ///< at radius 1
   std::size_t count_ = 0;
 };
 
@@ -229,9 +229,9 @@ void SampleRing(const CircleSampler& sampler, const DiscModel& disc, Circles& ci
     const double nearby = std::abs(quiet - gap) > kPlain ? gap : 0.5 * (gap + quiet);
     const double grey = (greys[0][i] + greys[1][i] + greys[2][i]) / kRingRadii.size();
     const double ring = (grey - disc.background) / disc.contrast;
-    constexpr double kLeastLocal = 0.3;
+    constexpr double kMinLocal = 0.3;
     // No contrast here: the surroundings are not plain.
-    circles.ring[i] = 1 - nearby > kLeastLocal ? (ring - nearby) / (1 - nearby) : -1;
+    circles.ring[i] = 1 - nearby > kMinLocal ? (ring - nearby) / (1 - nearby) : -1;
   }
   std::copy_n(circles.ring.begin(), kAgain, circles.ring.begin() + circles.count);
 }
@@ -321,9 +321,9 @@ bool IsConsistent(const Circles& circles, const std::vector<double>& shades, std
 
 std::optional<RingEvidence> FindRingEvidence(const PageView& picture, const DiscModel& disc,
                                              double noise) {
-  constexpr double kLeastContrast = 1.5;  // grey levels: rounding makes less
+  constexpr double kMinContrast = 1.5;  // grey levels: rounding makes less
   constexpr double kSigmas = 3 * std::numbers::sqrt2;
-  const double least = kSoftUnit * std::max(kLeastContrast, kSigmas * kQuietNoise * noise);
+  const double least = kSoftUnit * std::max(kMinContrast, kSigmas * kQuietNoise * noise);
   const int sign = disc.contrast > 0 ? 1 : -1;
   const DiscPlane plane(picture, disc);
   if (!plane.At(0, {1, 0})) return std::nullopt;
@@ -377,14 +377,14 @@ RingReading ReadRing(const PageView& picture, const DiscModel& disc, int bits) {
   Circles circles;
   circles.count = bits * kPerSegment;
   // More than a third of the gap or most of the quiet zone in disorder: not a target.
-  constexpr double kMostGap = 0.35;
-  constexpr double kMostQuiet = 0.5;
+  constexpr double kMaxGap = 0.35;
+  constexpr double kMaxQuiet = 0.5;
   const CircleSampler sampler(picture, map, circles.count);
-  const double gap = SamplePlain(sampler, disc, kGapRadius, kMostGap, circles.count, circles.gap);
-  if (gap > kMostGap) return reading;
+  const double gap = SamplePlain(sampler, disc, kGapRadius, kMaxGap, circles.count, circles.gap);
+  if (gap > kMaxGap) return reading;
   const double quiet =
-      SamplePlain(sampler, disc, kQuietSample, kMostQuiet, circles.count, circles.quiet);
-  if (quiet > kMostQuiet) return reading;
+      SamplePlain(sampler, disc, kQuietSample, kMaxQuiet, circles.count, circles.quiet);
+  if (quiet > kMaxQuiet) return reading;
   SampleRing(sampler, disc, circles);
   double low = circles.ring[0];
   double high = circles.ring[0];
@@ -396,7 +396,7 @@ RingReading ReadRing(const PageView& picture, const DiscModel& disc, int bits) {
     reading.state = RingState::kNone;
     return reading;
   }
-  if (gap == 0 && quiet == 0 && low > kLeastHigh && high - low < kLeastSpan) {
+  if (gap == 0 && quiet == 0 && low > kMinHigh && high - low < kMinSpan) {
     // A closed ring: ink all around, a word in no book.
     reading.state = RingState::kClear;
     reading.word = (1U << bits) - 1;
@@ -411,7 +411,7 @@ RingReading ReadRing(const PageView& picture, const DiscModel& disc, int bits) {
   const Shades two = TwoShades(shades);
   int sure = 0;
   int inked = 0;
-  if (two.high - two.low > kLeastSpan) {
+  if (two.high - two.low > kMinSpan) {
     for (int i = 0; i < circles.count + kAgain; ++i) {
       circles.ring[i] = (circles.ring[i] - two.low) / (two.high - two.low);
     }
@@ -427,11 +427,11 @@ RingReading ReadRing(const PageView& picture, const DiscModel& disc, int bits) {
   }
   reading.start_rad = kTurn * phase / circles.count;
   const bool plain_about =
-      gap == 0 && quiet <= kMostScratched && two.low < kMostLow && two.high > kLeastHigh;
+      gap == 0 && quiet <= kMaxScratched && two.low < kMaxLow && two.high > kMinHigh;
   if (plain_about && sure == bits && IsConsistent(circles, shades, reading.word, phase)) {
     reading.state = RingState::kClear;
-  } else if (2 * sure > bits && inked >= kLeastInked && bits - inked >= kLeastInked &&
-             low > -kMostBelow) {
+  } else if (2 * sure > bits && inked >= kMinInked && bits - inked >= kMinInked &&
+             low > -kMaxBelow) {
     reading.state = RingState::kUnclear;
   }
   return reading;

@@ -16,7 +16,7 @@ namespace {
 constexpr double kMargin_mm = 10;  ///< unprinted by printers
 constexpr double kFoot_mm = 14;    ///< scale bar's foot
 constexpr double kSpace_mm = 3;    ///< between squares, for crop marks
-constexpr int kMostTargets = 2000;
+constexpr int kMaxTargets = 2000;
 
 std::optional<std::string> FindPageProblem(const SheetRequest& r) {
   for (const double side : {r.page_width_mm, r.page_height_mm}) {
@@ -32,10 +32,10 @@ std::optional<std::string> FindRingProblem(const SheetRequest& r) {
   if (!(r.radius_mm >= 0.5 && r.radius_mm <= 60)) {
     return fmt::format("radius of {} mm: must be in 0.5 ... 60", r.radius_mm);
   }
-  if (r.count < 0 || r.count > kMostTargets || r.plain < 0 || r.plain > kMostTargets ||
+  if (r.count < 0 || r.count > kMaxTargets || r.plain < 0 || r.plain > kMaxTargets ||
       r.count + r.plain == 0) {
     return fmt::format("{} coded targets and {} plain discs: must be 0 ... {} each, and not none",
-                       r.count, r.plain, kMostTargets);
+                       r.count, r.plain, kMaxTargets);
   }
   return std::nullopt;
 }

@@ -54,7 +54,7 @@ Result<void> CheckNumbers(const ViewPlanOptions& options) {
       Field{"tool_radius_mm", options.tool_radius_mm, 0, 10000},
       Field{"observations_per_target", double(options.observations_per_target), 1, 10},
       Field{"weakest_goal_mm", options.weakest_goal_mm, 1e-4, 10},
-      Field{"most_views", double(options.most_views), 1, 200}};
+      Field{"most_views", double(options.max_views), 1, 200}};
   for (const Field& field : fields) {
     if (!(field.value >= field.low && field.value <= field.high)) {
       return Fail(fmt::format("plan: {} is {}, it must lie in {} ... {}", field.name, field.value,
@@ -87,10 +87,9 @@ Result<void> CheckOrientations(const std::vector<Matrix3d>& orientations) {
 
 Result<void> CheckTargets(const std::vector<PartTarget>& targets, const geometry::Pose& pose) {
   constexpr double kFarthest_mm = 1e6;
-  constexpr std::size_t kMostTargets = 500;
-  if (targets.empty() || targets.size() > kMostTargets) {
-    return Fail(
-        fmt::format("plan: {} targets, 1 ... {} are allowed", targets.size(), kMostTargets));
+  constexpr std::size_t kMaxTargets = 500;
+  if (targets.empty() || targets.size() > kMaxTargets) {
+    return Fail(fmt::format("plan: {} targets, 1 ... {} are allowed", targets.size(), kMaxTargets));
   }
   std::set<std::string> ids;
   for (const PartTarget& target : targets) {
@@ -243,7 +242,7 @@ void Take(std::size_t index, const std::string& purpose, const std::vector<PartT
 /// Selects the views greedily; returns the shortfall, empty if there is none.
 std::string Choose(const std::vector<PartTarget>& targets, const ViewPlanOptions& options,
                    Choosing& choosing, ViewPlan& plan) {
-  const auto full = [&] { return static_cast<int>(plan.views.size()) >= options.most_views; };
+  const auto full = [&] { return static_cast<int>(plan.views.size()) >= options.max_views; };
   for (int round = 1; round <= options.observations_per_target; ++round) {
     for (;;) {
       std::vector<bool> wanted(targets.size());
@@ -258,7 +257,7 @@ std::string Choose(const std::vector<PartTarget>& targets, const ViewPlanOptions
       const std::size_t best = full() ? choosing.candidates.size() : Best(choosing, wanted);
       if (best == choosing.candidates.size()) {
         return full() ? fmt::format("{} views are not enough to see each target {} times",
-                                    options.most_views, options.observations_per_target)
+                                    options.max_views, options.observations_per_target)
                       : fmt::format(
                             "target {} cannot be seen from within the travel, clear of the "
                             "obstacles",

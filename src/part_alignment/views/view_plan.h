@@ -38,7 +38,7 @@ struct ViewPlanOptions {
   int observations_per_target = 2;
   /// Required uncertainty along the weakest direction (k = 1), 0.0001 ... 10 mm.
   double weakest_goal_mm = 0.02;
-  int most_views = 40;  ///< 1 ... 200
+  int max_views = 40;  ///< 1 ... 200
 };
 
 struct PlannedView {

@@ -54,7 +54,7 @@ Measured WithReason(const Measured& measured, std::string reason) {
 void BlameBusyComputer(const pressure_advance::Scan& scan, pressure_advance::Analysis& analysis) {
   std::size_t in_question = 0, busy_lines = 0;
   std::string worst;
-  std::size_t most_lost = 0;
+  std::size_t max_lost = 0;
   const bool some_unused =
       !std::ranges::all_of(analysis.lines, &pressure_advance::LineResult::used);
   for (std::size_t i = 0; i < analysis.lines.size(); ++i) {
@@ -65,9 +65,9 @@ void BlameBusyComputer(const pressure_advance::Scan& scan, pressure_advance::Ana
     if (busy.empty()) continue;
     ++busy_lines;
     if (!line.used) line.reason = fmt::format("{} ({})", busy, line.reason);
-    if (worst.empty() || scan.lines[i].lost_frames > most_lost) {
+    if (worst.empty() || scan.lines[i].lost_frames > max_lost) {
       worst = busy;
-      most_lost = scan.lines[i].lost_frames;
+      max_lost = scan.lines[i].lost_frames;
     }
   }
   Measured& answer = analysis.pressure_advance;
@@ -273,7 +273,7 @@ Written WriteFiles(const AnalysisRun& run, const ResultFile& result, const Analy
 }
 
 // Prints the commands of the firmware that printed the lines, or of each if unknown.
-void SayHowToUse(const std::optional<gcode::PrintedBy>& printed_by, const std::string& value_s) {
+void PrintHowToUse(const std::optional<gcode::PrintedBy>& printed_by, const std::string& value_s) {
   const auto say = [&](gcode::Dialect dialect, int drive, const char* begin, const char* end) {
     for (const std::string& line : PressureAdvanceCommands(dialect, value_s, {{}, drive})) {
       fmt::print("{:<17} {}{}\n", begin, line, end);
@@ -288,7 +288,7 @@ void SayHowToUse(const std::optional<gcode::PrintedBy>& printed_by, const std::s
 
 }  // namespace
 
-void SayAnswer(const Analysis& analysis) {
+void PrintAnswer(const Analysis& analysis) {
   const Measured& answer = analysis.pressure_advance;
   if (answer.good()) {
     fmt::print("pressure advance  {}\n", report::WithInterval(answer.quantity(), report::kSeconds));
@@ -307,11 +307,11 @@ void SayAnswer(const Analysis& analysis) {
     if (!line.used) fmt::print("  at {:.4f} s: {}\n", line.pressure_advance_s, line.reason);
   }
   for (const std::string& notice : analysis.notices) fmt::print("notice            {}\n", notice);
-  fmt::print("verdict           {}\n", VerdictWords(answer.verdict()));
+  fmt::print("verdict           {}\n", VerdictText(answer.verdict()));
   if (!answer.good()) fmt::print("because           {}\n", answer.reason());
   if (answer.good()) {
     const Quantity& q = answer.quantity();
-    SayHowToUse(analysis.printed_by, report::SecondsText(q.value, q.standard_uncertainty));
+    PrintHowToUse(analysis.printed_by, report::SecondsText(q.value, q.standard_uncertainty));
   }
   std::fflush(stdout);  // before the files, which take longer than the analysis
 }
@@ -347,7 +347,7 @@ int WriteAnalysis(const AnalysisRun& run, const ResultFile& result, const Analys
 }
 
 int PrintAnalysis(const AnalysisRun& run, const ResultFile& result, const AnalysisOutput& output) {
-  if (!output.json) SayAnswer(run.analysis);
+  if (!output.json) PrintAnswer(run.analysis);
   return WriteAnalysis(run, result, output);
 }
 

@@ -9,7 +9,7 @@
 #include "app/output_files.h"
 #include "base/result.h"
 #include "pressure_advance/pattern/pattern_config.h"
-#include "pressure_advance/photo/photo_eye.h"
+#include "pressure_advance/photo/photo_reader.h"
 #include "pressure_advance/profile/analysis.h"
 #include "pressure_advance/profile/line_profile.h"
 #include "pressure_advance/recording/scan.h"
@@ -58,7 +58,7 @@ struct AnalysisOutput {
 [[nodiscard]] AnalysisOutput KeptIn(const std::filesystem::path& recording, bool json);
 
 /// Prints the answer as text on standard output.
-void SayAnswer(const pressure_advance::Analysis& analysis);
+void PrintAnswer(const pressure_advance::Analysis& analysis);
 
 /// Writes the files without printing. Errors: the first that could not be written.
 [[nodiscard]] Result<void> KeepAnalysis(const AnalysisRun& run, const ResultFile& result,

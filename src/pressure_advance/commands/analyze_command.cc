@@ -111,7 +111,7 @@ Result<FoundPlan> PlanOf(const AnalyzeArguments& arguments) {
   return found;
 }
 
-Result<AnalysisRun> RunEye(const AnalyzeArguments& arguments) {
+Result<AnalysisRun> RunReader(const AnalyzeArguments& arguments) {
   const fs::path path = arguments.path;
   std::error_code ignored;
   if (!fs::exists(path, ignored)) {
@@ -154,13 +154,14 @@ std::string ToApply(const AnalyzeArguments& arguments, double value_s) {
 Result<int> RunAnalyze(const AnalyzeArguments& arguments) {
   TRY(CheckOutputs(arguments.output.files));
   const SlowWork work("analysing " + arguments.path);
-  const auto run = TRY(RunEye(arguments));
+  const auto run = TRY(RunReader(arguments));
   ResultFile result = ResultOf(run.analysis, arguments.path);
   result.outcome.subject = SubjectIn(arguments.path);
   const int code = PrintAnalysis(run, result, arguments.output);
   const Measured& measured = run.analysis.pressure_advance;
   if (!arguments.output.json && measured.good() && IsOfKlipper(run.analysis)) {
-    SayNext("nothing applied", "trammel pa apply " + ToApply(arguments, measured.quantity().value));
+    PrintWrapped("nothing applied",
+                 "trammel pa apply " + ToApply(arguments, measured.quantity().value));
   }
   return code;
 }

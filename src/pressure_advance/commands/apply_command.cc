@@ -104,7 +104,7 @@ Result<ChosenValue> Answer(const fs::path& folder) {
   const bool kept = KeptPressureAdvance(result).has_value();
   return Fail(
       fmt::format("{}: it gives no value, because the verdict is {}: {}{}", folder.string(),
-                  VerdictWords(measured.verdict()), measured.reason(),
+                  VerdictText(measured.verdict()), measured.reason(),
                   kept ? fmt::format("; the answer that was kept before is good: name {} to "
                                      "take that one",
                                      result.string())
@@ -165,7 +165,7 @@ Result<std::optional<files::FileLock>> TakeTurnFor(const ApplyArguments& argumen
 Result<void> Settle(const ApplyArguments& arguments, const procedure::Session& session,
                     const std::string& address, std::optional<double> now_s) {
   const auto left = TRY(SettleUnfinished(kInstrument, address, now_s, !arguments.dry_run));
-  if (!left.empty()) session.Say(left);
+  if (!left.empty()) session.Report(left);
   return {};
 }
 
@@ -176,7 +176,7 @@ void SettleFailure(const ApplyArguments& arguments, const procedure::Session& se
   const auto state = session.printer.State({kAsk_s});  // also where somebody stops the program
   if (!state) return;                                  // it stays open, and the next one looks
   const auto left = SettleUnfinished(kInstrument, address, machine::ActiveAdvance_s(*state), true);
-  if (left && !left->empty()) session.Say(*left);
+  if (left && !left->empty()) session.Report(*left);
 }
 
 // Formats the value before, or each motor's if there are several.
@@ -193,7 +193,7 @@ Result<int> RunUndo(const ApplyArguments& arguments) {
   const Interrupt interrupt;
   const auto config = TRY(LoadSettings(arguments.printer));
   const auto printer = TRY(Connect(config.scan, interrupt.token()));
-  const procedure::Session session{*printer, interrupt.token(), TellOnTerminal};
+  const procedure::Session session{*printer, interrupt.token(), ShowProgress};
   const auto turn = TRY(TakeTurnFor(arguments, session, config));
   const auto state = TRY(session.printer.State(session.Within(kAsk_s)));
   TRY(Settle(arguments, session, config.scan.address, machine::ActiveAdvance_s(state)));
@@ -356,7 +356,7 @@ Result<int> RunApply(const ApplyArguments& arguments) {
   TRY(CheckFilamentOption(arguments.filament));
   const auto value = TRY(ValueFrom(arguments.value));
   const auto printer = TRY(Connect(config.scan, interrupt.token()));
-  const procedure::Session session{*printer, interrupt.token(), TellOnTerminal};
+  const procedure::Session session{*printer, interrupt.token(), ShowProgress};
   const auto turn = TRY(TakeTurnFor(arguments, session, config));
   procedure::ApplyOptions options = OptionsOf(arguments, config);
   const AppliedValue applied{kInstrument, value.result, config.scan.address, value.value_s};
@@ -393,7 +393,7 @@ Result<int> RunApply(const ApplyArguments& arguments) {
   }
   NoteApplied(applied);
   const int code = KeepBeyond(arguments, session, spool, value.value_s);
-  SayHowToUndo(arguments.printer);
+  PrintHowToUndo(arguments.printer);
   return code;
 }
 
@@ -431,8 +431,8 @@ Result<void> Apply(const procedure::Session& session, double pressure_advance_s,
   return {};
 }
 
-void SayHowToUndo(const PrinterOptions& printer) {
-  SayNext("to undo it", "trammel pa apply --undo" + WordsForPrinter(printer));
+void PrintHowToUndo(const PrinterOptions& printer) {
+  PrintWrapped("to undo it", "trammel pa apply --undo" + PrinterOptionText(printer));
 }
 
 void ExplainKeeping(double pressure_advance_s, const std::vector<std::string>& sections) {

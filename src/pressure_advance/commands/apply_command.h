@@ -18,7 +18,7 @@ namespace trammel::app {
                                  const procedure::ApplyOptions& options, bool quiet);
 
 /// Prints how to restore the value before.
-void SayHowToUndo(const PrinterOptions& printer);
+void PrintHowToUndo(const PrinterOptions& printer);
 
 /// Reads the user's value: a number in s, a stored result, or a recording's folder, which is
 /// analysed if it has no result.

@@ -94,9 +94,9 @@ std::string SpoolChange(const machine::Spool& before, const std::optional<machin
 Result<int> Conclude(const CalibrateArguments& arguments, const procedure::Session& session,
                      const files::Config& config, const fs::path& folder,
                      const std::optional<machine::Spool>& spool_before) {
-  session.Tell({.text = "analysing", .remaining_s = {}, .phase = "analysing"});
+  session.Report({.text = "analysing", .remaining_s = {}, .phase = "analysing"});
   auto run = TRY(AnalyseRecording(folder));
-  if (!arguments.json) SayAnswer(run.analysis);
+  if (!arguments.json) PrintAnswer(run.analysis);
   const bool wanted = arguments.filament.empty() && !spool_before;
   const auto spool_now = SpoolNow(session, wanted);
   if (spool_before) {
@@ -124,12 +124,13 @@ Result<int> Conclude(const CalibrateArguments& arguments, const procedure::Sessi
     };
     TRY(Apply(session, value_s, options, arguments.json));
     NoteApplied(applied);
-    if (!arguments.json) SayHowToUndo(arguments.printer);
+    if (!arguments.json) PrintHowToUndo(arguments.printer);
     return code;
   }
   if (!arguments.json) {
-    SayNext("nothing applied", fmt::format("trammel pa apply {}{}", ShellQuoted(folder.string()),
-                                           WordsForPrinter(arguments.printer)));
+    PrintWrapped("nothing applied",
+                 fmt::format("trammel pa apply {}{}", ShellQuoted(folder.string()),
+                             PrinterOptionText(arguments.printer)));
     ExplainKeeping(value_s, session);
   }
   return code;
@@ -146,15 +147,15 @@ Result<Ran> Run(const CalibrateArguments& arguments, const procedure::Session& s
   request.folder = folder.path();
   if (request.print && request.scan) {
     const MachineTime time = MachineTimeOf(request.pattern, request.settings);
-    session.Say(fmt::format("print {:.0f} s and scan {:.0f} s, heating apart", time.print.total_s(),
-                            time.scan ? time.scan->total_s() : 0));
+    session.Report(fmt::format("print {:.0f} s and scan {:.0f} s, heating apart",
+                               time.print.total_s(), time.scan ? time.scan->total_s() : 0));
   }
   const CalibrationRun run = CalibrateInto(session, request);
   if (run.done) return Ran{folder.path(), run.bed_c};
   // The printer was not restored; the recording is analysed all the same.
   if (run.recorded && request.scan && !arguments.json) {
     const auto analysed = AnalyseRecording(folder.path());
-    if (analysed) SayAnswer(analysed->analysis);
+    if (analysed) PrintAnswer(analysed->analysis);
   }
   return tl::unexpected(run.done.error());
 }
@@ -183,19 +184,19 @@ Result<files::Config> ConfigOf(const CalibrateArguments& arguments) {
   return config;
 }
 
-int SayHowItLies(const CalibrateArguments& arguments, const Ran& ran) {
+int PrintLayout(const CalibrateArguments& arguments, const Ran& ran) {
   const fs::path plan = ran.folder / "pattern.plan.json";
   if (arguments.plate.photo) {
     fmt::print("printed           for a photo; everything is off, as the end G-code left it\n");
-    SayNext("to measure it", "let the bed cool, take a photo from straight above, and");
-    SayNext("", "trammel pa analyze PHOTO --plan " + ShellQuoted(plan.string()));
+    PrintWrapped("to measure it", "let the bed cool, take a photo from straight above, and");
+    PrintWrapped("", "trammel pa analyze PHOTO --plan " + ShellQuoted(plan.string()));
     return kExitGood;
   }
   fmt::print("printed           {}\n",
              ran.bed_c > 0 ? fmt::format("the bed stays at {:.0f} degC and holds it", ran.bed_c)
                            : "the bed is off, as the file left it");
-  SayNext("to scan it", fmt::format("trammel pa scan --plan {}{}", ShellQuoted(plan.string()),
-                                    WordsForPrinter(arguments.printer)));
+  PrintWrapped("to scan it", fmt::format("trammel pa scan --plan {}{}", ShellQuoted(plan.string()),
+                                         PrinterOptionText(arguments.printer)));
   return kExitGood;
 }
 
@@ -224,7 +225,7 @@ Result<int> RunCalibration(const CalibrateArguments& arguments) {
     TRY(settings::ValidateTemperatures(config.pattern));
   }
   const auto printer = TRY(Connect(config.scan, interrupt.token()));
-  const procedure::Session session{*printer, interrupt.token(), TellOnTerminal};
+  const procedure::Session session{*printer, interrupt.token(), ShowProgress};
   TRY(FitPattern(session, config));
   TRY(LayOnPlateOf(arguments.plate, session, config));
   if (arguments.plate.conditions.any()) {
@@ -239,7 +240,7 @@ Result<int> RunCalibration(const CalibrateArguments& arguments) {
     if (!arguments.keep_full) CutRecordings({ran.folder}, interrupt.token());
     return code;
   }
-  return SayHowItLies(arguments, ran);
+  return PrintLayout(arguments, ran);
 }
 
 CLI::App* AddStep(CLI::App& parent, int& exit_code, const char* name, const char* text,

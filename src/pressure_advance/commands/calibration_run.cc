@@ -88,7 +88,7 @@ Result<void> FitForDryRun(const PrinterOptions& options, const std::stop_token& 
                why.substr(0, why.find('\n')));
     return {};
   }
-  const procedure::Session session{**printer, stop, TellOnTerminal};
+  const procedure::Session session{**printer, stop, ShowProgress};
   TRY(FitPattern(session, config));
   const auto facts = TRY(procedure::ReadFacts(session));
   return FirstFailure(CompareFacts(facts, procedure::NeedsOf({config.pattern})),
@@ -189,7 +189,7 @@ Result<std::optional<FoundPlan>> OnlyOne(const std::string& photo, const std::st
 }
 
 Result<std::optional<FoundPlan>> PlanBeside(const fs::path& photo) {
-  constexpr std::size_t kMostPlans = 100;
+  constexpr std::size_t kMaxPlans = 100;
   const fs::path folder = photo.has_parent_path() ? photo.parent_path() : fs::path(".");
   std::vector<fs::path> files;
   std::error_code error;
@@ -198,9 +198,9 @@ Result<std::optional<FoundPlan>> PlanBeside(const fs::path& photo) {
     if (IsPlanName(at->path().filename().string()) && at->is_regular_file(ignored)) {
       files.push_back(at->path());
     }
-    if (files.size() > kMostPlans) {
+    if (files.size() > kMaxPlans) {
       return Fail(fmt::format("{}more than {} plans lie beside it. {}",
-                              CannotTell(photo.filename().string()), kMostPlans, kNameThePlan));
+                              CannotTell(photo.filename().string()), kMaxPlans, kNameThePlan));
     }
   }
   std::sort(files.begin(), files.end());
@@ -311,7 +311,7 @@ Result<FoundPlan> FindUploadedPlan(const procedure::Session& session) {
   const auto uploads = TRY(procedure::ListUploads(session, IsPlanName));
   std::vector<NamedPlan> plans;
   for (const procedure::UploadedFile& upload : uploads) {
-    const auto text = TRY(procedure::DownloadUpload(session, upload.name, kMostPlanFileBytes));
+    const auto text = TRY(procedure::DownloadUpload(session, upload.name, kMaxPlanFileBytes));
     plans.push_back({upload.name, ParsePhotoPlan(text, upload.name)});
   }
   auto plan = TRY(OnlyOne("the photo", "beside it", std::move(plans)));

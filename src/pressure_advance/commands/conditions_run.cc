@@ -42,7 +42,7 @@ using Json = nlohmann::ordered_json;
 
 constexpr const char* kOption = "--speeds and --accelerations";
 
-std::string Words(const PatternConditions& at) {
+std::string DescribeConditions(const PatternConditions& at) {
   return fmt::format("{:g} mm/s at {:g} mm/s2", at.fast_speed_mm_s, at.acceleration_mm_s2);
 }
 
@@ -129,17 +129,17 @@ Json JsonOf(const std::vector<Row>& rows, const std::optional<FlowTable>& table)
            table ? Json(files::AdaptiveModel(AdaptiveRows(*table))) : Json(nullptr)}};
 }
 
-void SayRows(const std::vector<Row>& rows) {
+void PrintRows(const std::vector<Row>& rows) {
   for (const Row& row : rows) {
     const Measured& answer = row.pressure_advance;
-    fmt::print("{:<24} {}\n", Words(row.at),
+    fmt::print("{:<24} {}\n", DescribeConditions(row.at),
                answer.good()
                    ? report::WithInterval(answer.quantity(), report::kSeconds)
-                   : fmt::format("{}: {}", VerdictWords(answer.verdict()), answer.reason()));
+                   : fmt::format("{}: {}", VerdictText(answer.verdict()), answer.reason()));
   }
 }
 
-void SayTable(const FlowTable& table, double filament_diameter_mm, const fs::path& folder) {
+void PrintFlowTable(const FlowTable& table, double filament_diameter_mm, const fs::path& folder) {
   PrintTable(table, filament_diameter_mm);
   const auto adaptive = AdaptiveRows(table);
   if (!adaptive.empty()) {
@@ -151,7 +151,8 @@ void SayTable(const FlowTable& table, double filament_diameter_mm, const fs::pat
   fmt::print("nothing applied   trammel pa apply {:.4f}\n", table.single_s.value);
 }
 
-Result<int> Say(const ConditionsRun& run, const std::vector<Row>& rows, const fs::path& folder) {
+Result<int> PrintConditions(const ConditionsRun& run, const std::vector<Row>& rows,
+                            const fs::path& folder) {
   std::vector<std::string> good;
   for (const Row& row : rows) {
     if (row.pressure_advance.good()) good.push_back(row.folder.string());
@@ -161,8 +162,8 @@ Result<int> Say(const ConditionsRun& run, const std::vector<Row>& rows, const fs
   if (run.json) {
     fmt::print("{}", JsonText(JsonOf(rows, table)));
   } else {
-    SayRows(rows);
-    if (table) SayTable(*table, run.config.pattern.filament_diameter_mm, folder);
+    PrintRows(rows);
+    if (table) PrintFlowTable(*table, run.config.pattern.filament_diameter_mm, folder);
   }
   return good.size() == rows.size() ? kExitGood : kExitNotTrusted;
 }
@@ -184,9 +185,9 @@ Result<std::vector<PatternConditions>> CombineConditions(const AskedConditions& 
                                                       ? std::vector{pattern.acceleration_mm_s2}
                                                       : asked.accelerations_mm_s2;
   const std::size_t count = speeds_mm_s.size() * accelerations_mm_s2.size();
-  if (count < procedure::kFewestPatterns || count > procedure::kMostPatterns) {
+  if (count < procedure::kFewestPatterns || count > procedure::kMaxPatterns) {
     return Fail(fmt::format("{} make {} combination(s); a plate has {} to {}", kOption, count,
-                            procedure::kFewestPatterns, procedure::kMostPatterns));
+                            procedure::kFewestPatterns, procedure::kMaxPatterns));
   }
   TRY(CheckSpeeds(asked, speeds_mm_s, pattern));
   std::vector<PatternConditions> conditions;
@@ -210,7 +211,7 @@ Result<PatternConfig> LayConditions(const std::vector<PatternConditions>& condit
     const auto sweeps = procedure::PlanSweeps(PlanOfPattern(layout, *laid, static_cast<int>(i), ""),
                                               {}, config.scan, reach);
     if (!sweeps) {
-      return Fail(fmt::format("{}: {}", Words(conditions[i]), sweeps.error().message),
+      return Fail(fmt::format("{}: {}", DescribeConditions(conditions[i]), sweeps.error().message),
                   sweeps.error().kind);
     }
   }
@@ -230,15 +231,15 @@ Result<int> RunConditions(const ConditionsRun& run, const procedure::Session& se
   }
   request.filament = run.filament;
   const MachineTime time = MachineTimeOf(request.pattern, request.settings);
-  session.Say(fmt::format("{} patterns; print {:.0f} s and scan {:.0f} s, heating apart",
-                          request.folders.size(), time.print.total_s(),
-                          time.scan ? time.scan->total_s() : 0));
+  session.Report(fmt::format("{} patterns; print {:.0f} s and scan {:.0f} s, heating apart",
+                             request.folders.size(), time.print.total_s(),
+                             time.scan ? time.scan->total_s() : 0));
   const auto spool = SpoolNow(session, run.filament.empty());
   const CalibrationRun ran = CalibrateInto(session, request);
   if (!ran.done) return tl::unexpected(ran.done.error());
   const auto subject = SubjectOf(run.filament, session, run.config, spool);
   const auto rows = AnalyseAll(run, request.folders, subject);
-  const auto code = Say(run, rows, folder.path());
+  const auto code = PrintConditions(run, rows, folder.path());
   if (!run.keep_full) CutRecordings(request.folders, session.stop);
   return code;
 }
@@ -246,11 +247,11 @@ Result<int> RunConditions(const ConditionsRun& run, const procedure::Session& se
 namespace {
 
 using pressure_advance::AdvanceForm;
-using pressure_advance::AdvanceLaw;
+using pressure_advance::AdvanceModel;
 using pressure_advance::FlowPoint;
 using pressure_advance::FlowTrend;
 
-constexpr std::size_t kMostPlanBytes = 4'000'000;
+constexpr std::size_t kMaxPlanBytes = 4'000'000;
 
 struct Calibration {
   FlowPoint point;
@@ -263,7 +264,7 @@ Result<Calibration> CalibrationOf(const fs::path& folder) {
   const auto answer = KeptPressureAdvance(folder);
   if (!answer) return tl::unexpected(answer.error());
   const fs::path file = folder / "pattern.plan.json";
-  const auto text = TRY(files::ReadNamedFile(file, kMostPlanBytes));
+  const auto text = TRY(files::ReadNamedFile(file, kMaxPlanBytes));
   const auto plan = TRY(files::ParsePlan(text, file.string()));
   const auto [slow, fast] = std::ranges::minmax(
       plan.segments, {}, [](const pressure_advance::Segment& s) { return s.speed_mm_s; });
@@ -329,7 +330,7 @@ std::string TrendText(const FlowTrend& trend, const std::string& unit) {
 // Returns Kalico's name of the model.
 const char* ModelOf(AdvanceForm form) { return form == AdvanceForm::kTanh ? "tanh" : "recipr"; }
 
-Json LawJson(const std::optional<AdvanceLaw>& law) {
+Json LawJson(const std::optional<AdvanceModel>& law) {
   if (!law) return nullptr;
   return {{"model", ModelOf(law->form)},
           {"linear_s", law->linear_s},
@@ -338,14 +339,14 @@ Json LawJson(const std::optional<AdvanceLaw>& law) {
           {"knee_interval95_mm3_s", {law->shape95.lo, law->shape95.hi}}};
 }
 
-std::string_view WordsOfBend(const pressure_advance::AdvanceLaws& laws) {
+std::string_view WordsOfBend(const pressure_advance::AdvanceModels& laws) {
   if (!laws.bends) return ": one value is as right at all flows, as far as can be seen";
   return laws.exponent.quantity().value < 1 ? ": the faster, the less pressure advance"
                                             : ": the faster, the more pressure advance";
 }
 
 void PrintLaws(const FlowTable& table, double filament_diameter_mm) {
-  const pressure_advance::AdvanceLaws& laws = table.laws;
+  const pressure_advance::AdvanceModels& laws = table.laws;
   const Measured& exponent = laws.exponent;
   if (!exponent.good()) {
     fmt::print("law of flow       not known: {}\n", exponent.reason());
@@ -363,7 +364,7 @@ void PrintLaws(const FlowTable& table, double filament_diameter_mm) {
     }
     return;
   }
-  const AdvanceLaw& law = *laws.firmware;
+  const AdvanceModel& law = *laws.firmware;
   const double area_mm2 = std::numbers::pi / 4 * Square(filament_diameter_mm);
   fmt::print(
       "non-linear        as firmware that has it (Kalico) is told for {:.2f} mm filament; misses a "

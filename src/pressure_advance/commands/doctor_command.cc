@@ -33,7 +33,7 @@ struct DoctorOptions {
 };
 
 using procedure::Check;
-using procedure::NameStop;
+using procedure::NameStopReason;
 using procedure::NotMade;
 
 // The laser is always switched off afterwards.
@@ -45,7 +45,7 @@ std::vector<Check> SeeLaser(const procedure::Session& session, procedure::FrameR
   if (!off) {
     return {Check{"laser", false, "SWITCH IT OFF BY HAND: " + off.error().message}};
   }
-  if (!seen) return {NotMade("laser", NameStop(session.stop, seen.error()))};
+  if (!seen) return {NotMade("laser", NameStopReason(session.stop, seen.error()))};
   return {Check{"laser", true, "the camera sees it"}, procedure::CheckLaserLine(*seen, settings)};
 }
 
@@ -54,12 +54,12 @@ std::vector<Check> CheckCamera(const procedure::Session& session,
   constexpr double kStall_s = 5;
   constexpr int kFrames = 30;
   auto camera = OpenCamera(session, settings);
-  if (!camera) return {NotMade("camera", NameStop(session.stop, camera.error()))};
+  if (!camera) return {NotMade("camera", NameStopReason(session.stop, camera.error()))};
   procedure::FrameRecorder recorder(**camera, kStall_s);
   double begin_s = 0;
   for (int i = 0; i <= kFrames; ++i) {
     const auto frame = recorder.NextFrame(kStall_s, session.stop);
-    if (!frame) return {NotMade("camera", NameStop(session.stop, frame.error()))};
+    if (!frame) return {NotMade("camera", NameStopReason(session.stop, frame.error()))};
     if (i == 0) begin_s = frame->arrival_s;
     if (i == kFrames) {
       const double rate = kFrames / std::max(1e-3, frame->arrival_s - begin_s);
@@ -133,7 +133,7 @@ Result<int> RunDoctor(const DoctorOptions& options) {
   const Interrupt interrupt;
   auto config = TRY(LoadSettings(options.printer));
   const auto printer = TRY(Connect(config.scan, interrupt.token()));
-  const procedure::Session session{*printer, interrupt.token(), TellOnTerminal};
+  const procedure::Session session{*printer, interrupt.token(), ShowProgress};
   TRY(TakeStatedBy(session, StatedFor::kPattern, config));
   auto checks = CheckPrinter(session, {config.pattern}, config.scan);
   const bool ready = FirstFailure(checks, ErrorKind::kMachine).has_value();

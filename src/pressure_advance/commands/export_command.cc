@@ -23,9 +23,9 @@ struct ExportArguments {
 };
 
 Result<int> RunExport(const ExportArguments& arguments) {
-  constexpr std::size_t kMostBytes = 4'000'000;
+  constexpr std::size_t kMaxBytes = 4'000'000;
   TRY(RefuseToOverwrite({arguments.out}, arguments.force));
-  const auto profile = TRY(files::ReadNamedFile(arguments.orca, kMostBytes));
+  const auto profile = TRY(files::ReadNamedFile(arguments.orca, kMaxBytes));
   const auto value = TRY(ValueFrom(arguments.value));
   const auto made = TRY(files::WithPressureAdvance(profile, arguments.orca, value.value_s));
   TRY(WriteOutputs({{arguments.out, made.text}}, arguments.force));

@@ -43,7 +43,7 @@ Result<ChosenValue> KeptPressureAdvance(const std::filesystem::path& path) {
   }
   if (!answer->value.good()) {
     return Fail(fmt::format("{}: it gives no value, because the verdict is {}: {}", path.string(),
-                            VerdictWords(answer->value.verdict()), answer->value.reason()),
+                            VerdictText(answer->value.verdict()), answer->value.reason()),
                 ErrorKind::kMeasurement);
   }
   const Quantity quantity = answer->value.quantity();

@@ -11,7 +11,7 @@
 
 #include "base/parallel.h"
 #include "pressure_advance/files/recording.h"
-#include "pressure_advance/laser/laser_eye.h"
+#include "pressure_advance/laser/laser_reader.h"
 #include "pressure_advance/procedure/recorded_frames.h"
 
 namespace trammel::app {
@@ -140,19 +140,20 @@ Result<LaserMeasurement> MeasureRecording(const std::filesystem::path& folder) {
   auto lines = TRY(MeasureLines(folder, result.scan));
   std::vector<double> pressure_advance_s;
   std::vector<std::optional<double>> scores;
-  std::vector<pressure_advance::StripeSight> sights;
+  std::vector<pressure_advance::StripeObservation> observations;
   for (std::size_t i = 0; i < lines.size(); ++i) {
     MeasuredLine& line = lines[i];
     scores.push_back(DeviationScore(line.paper));
     pressure_advance_s.push_back(result.scan.lines[i].pressure_advance_s);
     AddNotices(result.scan.lines[i], line.reading, result.notices);
     line.reading.profile.pattern = result.scan.lines[i].pattern;
-    sights.push_back(line.reading.sight);
+    observations.push_back(line.reading.observation);
     result.profiles.push_back(std::move(line.reading.profile));
     result.view.heights.push_back(std::move(line.reading.heights));
     result.view.paper_heights.push_back(std::move(line.paper));
   }
-  for (std::string& notice : pressure_advance::NoticesOfSight(sights, result.scan.px_per_mm)) {
+  for (std::string& notice :
+       pressure_advance::ObservationNotices(observations, result.scan.px_per_mm)) {
     result.notices.push_back(std::move(notice));
   }
   pressure_advance::ShareScatter(result.profiles);

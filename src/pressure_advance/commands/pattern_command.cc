@@ -145,11 +145,12 @@ Result<void> RunPattern(const PatternArguments& arguments) {
   Print(summary, layout, config, time);
   const std::string plan_option = " --plan " + ShellQuoted(plan_path.string());
   const bool scanned = !arguments.photo && config.dialect == gcode::Dialect::kKlipper;
-  SayNext("next",
-          scanned ? "print it, then trammel pa scan" + plan_option
-                  : "print it, take a photo from straight above, then trammel pa analyze PHOTO" +
-                        plan_option,
-          11);
+  PrintWrapped("next",
+               scanned
+                   ? "print it, then trammel pa scan" + plan_option
+                   : "print it, take a photo from straight above, then trammel pa analyze PHOTO" +
+                         plan_option,
+               11);
   return {};
 }
 

@@ -122,7 +122,7 @@ void AddPlateOptions(CLI::App& command, AskedPlate& asked,
       "--repeat", asked.repeat,
       "print so many patterns beside one another in one go, and say what they differ by; left out: "
       "one");
-  repeat->check(CLI::Range(procedure::kFewestPatterns, procedure::kMostPatterns));
+  repeat->check(CLI::Range(procedure::kFewestPatterns, procedure::kMaxPatterns));
   CLI::Option* speeds = command.add_option(
       "--speeds", asked.conditions.speeds_mm_s,
       "fast speeds in mm/s, with commas: a pattern for each, beside one another, and pa table of "
@@ -267,7 +267,7 @@ Result<PhotoPlan> ParsePhotoPlan(const std::string& text, const std::string& fil
 }
 
 Result<PatternPlan> ReadPatternPlan(const std::filesystem::path& file) {
-  const std::string text = TRY(files::ReadWholeFile(file, kMostPlanFileBytes));
+  const std::string text = TRY(files::ReadWholeFile(file, kMaxPlanFileBytes));
   return files::ParsePlan(text, file.string());
 }
 

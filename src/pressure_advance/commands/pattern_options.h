@@ -75,7 +75,7 @@ void AddPlateOptions(CLI::App& command, AskedPlate& asked,
 void SetForPhoto(pressure_advance::PatternConfig& pattern);
 
 /// Maximum size of a plan's file, bytes: 100,000 lines, a plan's maximum, remain below this.
-inline constexpr std::size_t kMostPlanFileBytes = std::size_t{32} << 20;
+inline constexpr std::size_t kMaxPlanFileBytes = std::size_t{32} << 20;
 
 /// Reads a *.plan.json. Errors: it is missing or invalid.
 [[nodiscard]] Result<pressure_advance::PatternPlan> ReadPatternPlan(

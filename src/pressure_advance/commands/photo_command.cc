@@ -82,7 +82,7 @@ Result<int> Measure(const PhotoArguments& arguments, const procedure::Session& s
   const PatternPhoto& photo = fetched.photo;
   const fs::path path = folder / (kPhotoName + procedure::PictureEnding(photo.name));
   TRY(files::WriteWholeFile(path, photo.bytes, files::IfThere::kRefuse));
-  session.Tell({.text = "analysing " + photo.name, .remaining_s = {}, .phase = "analysing"});
+  session.Report({.text = "analysing " + photo.name, .remaining_s = {}, .phase = "analysing"});
   auto run = AnalysePhoto(path, plan);
   if (!run) {
     return Fail(fmt::format("{}: {}", photo.name, run.error().message), run.error().kind);
@@ -98,8 +98,8 @@ Result<int> Measure(const PhotoArguments& arguments, const procedure::Session& s
   if (arguments.json || !measured.good()) return code;
   fmt::print("photo             {}\n", photo.name);
   PrintDrift(fs::absolute(folder).parent_path(), result.outcome);
-  SayNext("nothing applied", fmt::format("trammel pa apply {}{}", ShellQuoted(folder.string()),
-                                         WordsForPrinter(arguments.printer)));
+  PrintWrapped("nothing applied", fmt::format("trammel pa apply {}{}", ShellQuoted(folder.string()),
+                                              PrinterOptionText(arguments.printer)));
   ExplainKeeping(measured.quantity().value, session);
   return code;
 }
@@ -123,7 +123,7 @@ Result<int> RunPhoto(PhotoArguments arguments) {
                                                 : Result<std::optional<files::PatternPrint>>());
   if (arguments.filament.empty() && print) arguments.filament = print->filament;
   const auto printer = TRY(Connect(config.scan, interrupt.token()));
-  const procedure::Session session{*printer, interrupt.token(), TellOnTerminal};
+  const procedure::Session session{*printer, interrupt.token(), ShowProgress};
   const procedure::Session silent{*printer, interrupt.token(), {}};
   TRY(TakeStatedBy(silent, StatedFor::kPrinter, config));
   const auto folder = TRY(NewFolder::Make(arguments.out));

@@ -111,7 +111,7 @@ Result<service::Offer> CheckPhoto(const service::PrinterPlace& place,
 }
 
 /// Describes the effect of pa apply under the settings.
-std::string UseWords(const service::PrinterPlace& place, const service::Arguments& arguments) {
+std::string UseText(const service::PrinterPlace& place, const service::Arguments& arguments) {
   const auto key = KeyOf(arguments);
   const auto config = LoadSettings(OptionsAt(place));
   return fmt::format("Use it until Klipper restarts{}{}",
@@ -119,8 +119,7 @@ std::string UseWords(const service::PrinterPlace& place, const service::Argument
                      config && config->scan.keep_in_spoolman ? ", and keep it in Spoolman" : "");
 }
 
-std::vector<std::string> ApplyWords(const std::string& folder,
-                                    const service::Arguments& arguments) {
+std::vector<std::string> ApplyText(const std::string& folder, const service::Arguments& arguments) {
   std::vector<std::string> words = {"pa", "apply", folder};
   const auto filament = arguments.find(kFilament);
   if (filament != arguments.end()) words.push_back("--filament=" + filament->second);
@@ -128,17 +127,17 @@ std::vector<std::string> ApplyWords(const std::string& folder,
 }
 
 /// Reads the pressure advance in a run's result.json.
-Result<service::AnswerInWords> AnswerIn(const std::string& folder) {
+Result<service::AnswerSummary> AnswerIn(const std::string& folder) {
   constexpr const char* kQuantity = "pressure_advance";
   const auto outcome = TRY(files::ReadOutcome(folder, measurement::Instrument::kPressureAdvance));
   const measurement::Answer* const answer = outcome.Find(kQuantity);
   if (answer == nullptr) return Fail(fmt::format("{}: holds no {}", folder, kQuantity));
   const Measured& measured = answer->value;
-  service::AnswerInWords words{measured.verdict(), {}};
+  service::AnswerSummary words{measured.verdict(), {}};
   words.words = measured.good()
                     ? fmt::format("{} = {}", answer->name,
                                   report::WithInterval(measured.quantity(), {.unit = answer->unit}))
-                    : fmt::format("{}: {}", VerdictWords(measured.verdict()), measured.reason());
+                    : fmt::format("{}: {}", VerdictText(measured.verdict()), measured.reason());
   for (const std::string& notice : outcome.notices) {
     if (measured.good() && notice.starts_with(kNoPrintNoted)) words.notice = notice;
   }
@@ -151,8 +150,8 @@ service::JobKind Measuring(const char* name, const char* method) {
   kind.name = name;
   kind.method = method;
   kind.answer = AnswerIn;
-  kind.apply = ApplyWords;
-  kind.use = UseWords;
+  kind.apply = ApplyText;
+  kind.use = UseText;
   kind.in_force = [](const machine::PrinterState& state) {
     const auto advance_s = machine::ActiveAdvance_s(state);
     return advance_s ? fmt::format("{:.4f} s", *advance_s) : "";

@@ -79,7 +79,7 @@ void PrintSetupText(const SetupRecord& record, const report::SetupView& view) {
     if (measured.good()) {
       fmt::print("{:<17} {}\n", value.name, WithInterval(measured.quantity(), value.style));
     } else {
-      fmt::print("{:<17} {}\n", value.name, VerdictWords(measured.verdict()));
+      fmt::print("{:<17} {}\n", value.name, VerdictText(measured.verdict()));
       all = false;
     }
   }
@@ -94,7 +94,7 @@ void PrintSetupText(const SetupRecord& record, const report::SetupView& view) {
     fmt::print("trial             the mark came to {:.3f} mm from the laser\n", *result.check_mm);
   }
   for (const std::string& line : view.advice.lines) fmt::print("advice            {}\n", line);
-  fmt::print("verdict           {}\n", VerdictWords(result.verdict()));
+  fmt::print("verdict           {}\n", VerdictText(result.verdict()));
   if (!(any && all) && !result.reason().empty())
     fmt::print("because           {}\n", result.reason());
 }
@@ -194,9 +194,9 @@ measurement::Outcome OutcomeOfSetup(const pressure_advance::SetupResult& result,
   for (const auto& [name, unit, value] :
        {std::tuple{"camera_rotation", "rad", &result.scale.rotation_rad},
         std::tuple{"laser_rotation", "rad", &result.laser_turn_rad},
-        std::tuple{"play_x", "mm", &result.scale.play_x_mm},
-        std::tuple{"play_y", "mm", &result.scale.play_y_mm},
-        std::tuple{"play_z", "mm", &result.height.play_z_mm}}) {
+        std::tuple{"play_x", "mm", &result.scale.backlash_x_mm},
+        std::tuple{"play_y", "mm", &result.scale.backlash_y_mm},
+        std::tuple{"play_z", "mm", &result.height.backlash_z_mm}}) {
     if (value->good()) outcome.answers.push_back({name, unit, *value});
   }
   return outcome;
@@ -298,7 +298,7 @@ Result<int> RunSetup(const SetupArguments& arguments) {
     output.target = TRY(ReadCameraTarget(arguments.write));
   }
   const auto printer = TRY(Connect(config.scan, interrupt.token()));
-  const procedure::Session session{*printer, interrupt.token(), TellOnTerminal};
+  const procedure::Session session{*printer, interrupt.token(), ShowProgress};
   TRY(FitPattern(session, config));
   request.pattern = config.pattern;
   const auto folder = TRY(NewFolder::Make(

@@ -20,7 +20,7 @@ namespace {
 
 using pressure_advance::FlowTable;
 
-constexpr std::size_t kMostRecordings = 1000;
+constexpr std::size_t kMaxRecordings = 1000;
 
 struct TableArguments {
   std::vector<std::string> recordings;
@@ -33,14 +33,14 @@ struct TableArguments {
 
 // Writes the profile, and returns its notice.
 Result<std::string> WriteProfile(const TableArguments& arguments, const FlowTable& table) {
-  constexpr std::size_t kMostBytes = 4'000'000;
+  constexpr std::size_t kMaxBytes = 4'000'000;
   const auto rows = pressure_advance::AdaptiveRows(table);
   if (rows.empty()) {
     return Fail(
         "OrcaSlicer wants two flows at least for an acceleration, and no acceleration has "
         "them: calibrate with another fast speed, too");
   }
-  const auto profile = TRY(files::ReadNamedFile(arguments.orca, kMostBytes));
+  const auto profile = TRY(files::ReadNamedFile(arguments.orca, kMaxBytes));
   const auto made =
       TRY(files::WithPressureAdvance(profile, arguments.orca, table.single_s.value, rows));
   TRY(WriteOutputs({{arguments.out, made.text}}, arguments.force));
@@ -83,7 +83,7 @@ void AddTableCommand(CLI::App& parent, int& exit_code) {
       ->add_option("recordings", arguments->recordings,
                    "their folders: one filament, other fast speeds or accelerations")
       ->required()
-      ->expected(1, static_cast<int>(kMostRecordings));
+      ->expected(1, static_cast<int>(kMaxRecordings));
   command->add_flag("--json", arguments->json, "print everything as one JSON object");
   command->add_option("--orca", arguments->orca,
                       "a filament profile exported from OrcaSlicer, for its adaptive pressure "

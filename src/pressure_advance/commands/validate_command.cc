@@ -75,10 +75,9 @@ std::string ToJson(const Improvement& improvement) {
 
 std::string Percent(const Measured& measured) {
   if (!measured.good()) {
-    return fmt::format("{}: {}", VerdictWords(measured.verdict()), measured.reason());
+    return fmt::format("{}: {}", VerdictText(measured.verdict()), measured.reason());
   }
-  return report::WithInterval(measured.quantity(),
-                              {.unit = "%", .scale = 100, .least_decimals = 1});
+  return report::WithInterval(measured.quantity(), {.unit = "%", .scale = 100, .min_decimals = 1});
 }
 
 // Compares the lines of a recording and writes validation.json into it.
@@ -114,7 +113,7 @@ Result<int> RunValidate(const ValidateArguments& arguments) {
     return kExitGood;
   }
   const auto printer = TRY(Connect(config.scan, interrupt.token()));
-  const procedure::Session session{*printer, interrupt.token(), TellOnTerminal};
+  const procedure::Session session{*printer, interrupt.token(), ShowProgress};
   TRY(FitPattern(session, config));
   const auto folder = TRY(NewFolder::Make(arguments.out));
   const CalibrationRun run = CalibrateInto(session, RequestFor(config, folder.path()));

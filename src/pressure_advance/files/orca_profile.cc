@@ -14,10 +14,10 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr std::size_t kMostExtruders = 16;
+constexpr std::size_t kMaxExtruders = 16;
 
 bool IsList(const Json& value) {
-  if (!value.is_array() || value.empty() || value.size() > kMostExtruders) return false;
+  if (!value.is_array() || value.empty() || value.size() > kMaxExtruders) return false;
   for (const Json& entry : value) {
     if (!entry.is_string()) return false;
   }
@@ -96,7 +96,7 @@ Result<OrcaProfile> WithPressureAdvance(std::string_view profile, const std::str
   for (const char* key : {"enable_pressure_advance", "pressure_advance"}) {
     if (json.contains(key) && !IsList(json[key])) {
       return Fail(fmt::format("{}: {} must be a list of 1 ... {} texts; export the profile anew",
-                              file, key, kMostExtruders));
+                              file, key, kMaxExtruders));
     }
   }
   OrcaProfile made;
@@ -113,7 +113,7 @@ Result<OrcaProfile> WithPressureAdvance(std::string_view profile, const std::str
     for (const char* key : {adaptive, model}) {
       if (json.contains(key) && !IsList(json[key])) {
         return Fail(fmt::format("{}: {} must be a list of 1 ... {} texts; export the profile anew",
-                                file, key, kMostExtruders));
+                                file, key, kMaxExtruders));
       }
     }
     members.Set(adaptive, Entries(json, adaptive, "1"));
@@ -121,7 +121,7 @@ Result<OrcaProfile> WithPressureAdvance(std::string_view profile, const std::str
   } else if (json.contains(adaptive) && !IsOff(json[adaptive])) {
     const std::size_t size = json[adaptive].is_array() ? json[adaptive].size() : 1;
     members.Set(adaptive,
-                std::vector<std::string>(std::clamp<std::size_t>(size, 1, kMostExtruders), "0"));
+                std::vector<std::string>(std::clamp<std::size_t>(size, 1, kMaxExtruders), "0"));
     made.notices.emplace_back(
         "adaptive pressure advance is switched off: it would override the value");
   }

@@ -169,7 +169,7 @@ std::string VideoNameFault(const std::string& name) {
 }
 
 Result<ScanLine> ReadLine(JsonObject object) {
-  constexpr std::size_t kMostFrames = 10'000'000;
+  constexpr std::size_t kMaxFrames = 10'000'000;
   constexpr double kLongest_s = 1e6;
   ScanLine line;
   if (object.Find("pattern") != nullptr) line.pattern = object.Integer("pattern", {0, 9999});
@@ -181,13 +181,13 @@ Result<ScanLine> ReadLine(JsonObject object) {
   line.print_direction = Direction(object, "print_direction");
   line.sweep_direction = Direction(object, "sweep_direction");
   if (object.Find("frame_times_s") != nullptr) {
-    line.frame_times_s = object.Numbers("frame_times_s", 1, kMostFrames);
+    line.frame_times_s = object.Numbers("frame_times_s", 1, kMaxFrames);
   }
-  line.frame_positions_mm = object.OptionalNumbers("frame_positions_mm", 2, kMostFrames);
+  line.frame_positions_mm = object.OptionalNumbers("frame_positions_mm", 2, kMaxFrames);
   line.late_s = object.Number("late_s", {0, kLongest_s}, 0);
   if (object.Find("lost_frames") != nullptr) {
     line.lost_frames =
-        static_cast<std::size_t>(object.Integer("lost_frames", {0, double{kMostFrames}}));
+        static_cast<std::size_t>(object.Integer("lost_frames", {0, double{kMaxFrames}}));
   }
   TRY(object.Finish());
   return line;
@@ -374,11 +374,11 @@ namespace {
 
 using nlohmann::json;
 
-constexpr std::size_t kMostBytesOfTimes = std::size_t{256} << 20;
+constexpr std::size_t kMaxBytesOfTimes = std::size_t{256} << 20;
 
 // Counts a video's frames by the lines of its times; 0 if they cannot be read.
 std::size_t FramesOf(const std::filesystem::path& video) {
-  const auto text = ReadNamedFile(video.string() + ".times", kMostBytesOfTimes);
+  const auto text = ReadNamedFile(video.string() + ".times", kMaxBytesOfTimes);
   if (!text) return 0;
   std::size_t frames = 0;
   for (std::size_t begin = 0; begin < text->size();) {
@@ -410,7 +410,7 @@ std::optional<Error> UnplacedRecording(const std::filesystem::path& folder) {
   const std::filesystem::path file = folder / "sweeps.json";
   std::error_code ignored;
   if (!std::filesystem::is_regular_file(file, ignored)) return std::nullopt;
-  const auto text = ReadNamedFile(file, kMostBytesOfTimes);
+  const auto text = ReadNamedFile(file, kMaxBytesOfTimes);
   if (!text) return text.error();
   const auto root = ParseJson(*text, file.string());
   if (!root) return root.error();

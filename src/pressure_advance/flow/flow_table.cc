@@ -31,7 +31,7 @@ double Bend(AdvanceForm form, double shape, double flow_mm3_s) {
 
 // (A(fast) - A(slow)) / (fast - slow): the one pressure advance that stores just what this change
 // of flow needs, s.
-double PressureAdvanceBetween(const AdvanceLaw& law, double slow_mm3_s, double fast_mm3_s) {
+double PressureAdvanceBetween(const AdvanceModel& law, double slow_mm3_s, double fast_mm3_s) {
   TRAMMEL_CHECK(slow_mm3_s >= 0 && fast_mm3_s > slow_mm3_s, "{} to {} mm3/s", slow_mm3_s,
                 fast_mm3_s);
   const auto stored_mm3 = [&](double flow_mm3_s) {
@@ -41,11 +41,11 @@ double PressureAdvanceBetween(const AdvanceLaw& law, double slow_mm3_s, double f
 }
 
 struct Fit {
-  AdvanceLaw law;
+  AdvanceModel law;
   double chi_square = std::numeric_limits<double>::infinity();
 };
 
-double ChiSquare(const AdvanceLaw& law, const std::vector<AdvanceValue>& values) {
+double ChiSquare(const AdvanceModel& law, const std::vector<AdvanceValue>& values) {
   double sum = 0;
   for (const AdvanceValue& value : values) {
     const double said_s = PressureAdvanceBetween(law, value.slow_mm3_s, value.fast_mm3_s);
@@ -64,7 +64,7 @@ Fit FitShape(AdvanceForm form, double shape, const std::vector<AdvanceValue>& va
     sw += w, sb += w * b, sy += w * value.value_s, sbb += w * b * b, sby += w * b * value.value_s;
   }
   const auto fit = [&](double linear_s, double offset_mm3) {
-    const AdvanceLaw law{form, linear_s, offset_mm3, shape, {shape, shape}};
+    const AdvanceModel law{form, linear_s, offset_mm3, shape, {shape, shape}};
     return Fit{law, ChiSquare(law, values)};
   };
   const Fit bend_only = fit(0, sbb > 0 ? std::max(0.0, sby / sbb) : 0);
@@ -91,9 +91,9 @@ Fit Profile(AdvanceForm form, const std::vector<double>& shapes,
   }
   const double unknowns = form == AdvanceForm::kPower ? 2 : 3;
   const double left_over = static_cast<double>(values.size()) - unknowns;
-  const double excess = left_over > 0 ? best.chi_square / left_over : 1;
+  const double surplus = left_over > 0 ? best.chi_square / left_over : 1;
   // The sigmas are known: Birge's ratio (1932), not Student's t of one or two degrees of freedom.
-  const double within = std::max(1.0, excess) * Square(kNormal95);
+  const double within = std::max(1.0, surplus) * Square(kNormal95);
   Interval& open = best.law.shape95;
   for (std::size_t i = 0; i < shapes.size(); ++i) {
     if (chi_squares[i] > best.chi_square + within) continue;
@@ -141,8 +141,8 @@ std::vector<double> Knees(const std::vector<AdvanceValue>& values) {
 
 }  // namespace
 
-AdvanceLaws FitAdvanceLaws(const std::vector<AdvanceValue>& values) {
-  AdvanceLaws laws;
+AdvanceModels FitAdvanceModels(const std::vector<AdvanceValue>& values) {
+  AdvanceModels laws;
   const int flows = DifferentFlows(values);
   if (flows < 2) {
     laws.exponent =
@@ -150,7 +150,7 @@ AdvanceLaws FitAdvanceLaws(const std::vector<AdvanceValue>& values) {
     return laws;
   }
   const std::vector<double> exponents = Exponents();
-  const AdvanceLaw power = Profile(AdvanceForm::kPower, exponents, values).law;
+  const AdvanceModel power = Profile(AdvanceForm::kPower, exponents, values).law;
   const Interval& open = power.shape95;
   const bool open_below = open.lo <= exponents.front(), open_above = open.hi >= exponents.back();
   if (open_below && open_above) {
@@ -206,9 +206,9 @@ Quantity Combined(const std::vector<Quantity>& values) {
     chi_square += Square((value.value - mean) / Sigma(value));
   }
   const double left_over = static_cast<double>(values.size()) - 1;
-  const double excess = std::sqrt(chi_square / left_over);
-  const double u = std::max(1.0, excess) / std::sqrt(weights);
-  return QuantityOf(mean, u, (excess > 1 ? StudentT95(left_over) : kNormal95) * u);
+  const double surplus = std::sqrt(chi_square / left_over);
+  const double u = std::max(1.0, surplus) / std::sqrt(weights);
+  return QuantityOf(mean, u, (surplus > 1 ? StudentT95(left_over) : kNormal95) * u);
 }
 
 std::vector<FlowPoint> Merged(std::vector<FlowPoint> points) {
@@ -279,8 +279,8 @@ FlowTrend CommonSlope(const std::vector<FlowPoint>& rows,
     chi_square += Square((d.second - slope * d.first) / Sigma(row->pressure_advance_s));
   }
   const double left_over = count - levels - 1;
-  const double excess = left_over > 0 ? std::sqrt(chi_square / left_over) : 1;
-  const double u = std::max(1.0, excess) / std::sqrt(spread);
+  const double surplus = left_over > 0 ? std::sqrt(chi_square / left_over) : 1;
+  const double u = std::max(1.0, surplus) / std::sqrt(spread);
   // The rows' own uncertainties are known: Birge's ratio (1932), not Student's t of few rows.
   const double half = kNormal95 * u;
   trend.per_unit = Measured::Good(QuantityOf(slope, u, half));
@@ -313,7 +313,7 @@ void FitLaws(FlowTable& table) {
     values.push_back({row.slow_flow_mm3_s, row.flow_mm3_s, row.pressure_advance_s.value,
                       Sigma(row.pressure_advance_s)});
   }
-  table.laws = FitAdvanceLaws(values);
+  table.laws = FitAdvanceModels(values);
 }
 
 }  // namespace

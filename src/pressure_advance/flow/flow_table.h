@@ -17,7 +17,7 @@ enum class AdvanceForm {
   kReciprocal,  ///< linear · q + offset · (1 - 1 / (1 + q / shape))
 };
 
-struct AdvanceLaw {
+struct AdvanceModel {
   AdvanceForm form = AdvanceForm::kPower;
   double linear_s = 0;    ///< >= 0; 0 of kPower
   double offset_mm3 = 0;  ///< >= 0
@@ -33,13 +33,13 @@ struct AdvanceValue {
   double sigma_s = 0;  ///< > 0
 };
 
-struct AdvanceLaws {
+struct AdvanceModels {
   /// Exponent of the power law. 1: the lag is the same at all flows, one value is right everywhere.
   Measured exponent;
   bool bends = false;  ///< the exponent's 95 % interval leaves out 1
   /// Better of the two forms that firmware supports; present if at least three flows were measured
   /// and the law is curved.
-  std::optional<AdvanceLaw> firmware;
+  std::optional<AdvanceModel> firmware;
   double greatest_miss_s = 0;  ///< maximum error of `firmware` between its flows
 };
 
@@ -47,7 +47,7 @@ struct AdvanceLaws {
 /// chi-square is within 1.96² of the minimum, more if values scatter beyond their sigmas.
 /// Verdicts of the exponent: cannot_tell with fewer than two flows (1.1 times apart at least), or
 /// if any exponent fits equally well.
-[[nodiscard]] AdvanceLaws FitAdvanceLaws(const std::vector<AdvanceValue>& values);
+[[nodiscard]] AdvanceModels FitAdvanceModels(const std::vector<AdvanceValue>& values);
 
 /// One calibration, or several under the same conditions.
 struct FlowPoint {
@@ -74,7 +74,7 @@ struct FlowTable {
   FlowTrend over_flow;
   FlowTrend over_acceleration;
   /// Models of the value over flow: of all rows, or of one acceleration's if that matters, too.
-  AdvanceLaws laws;
+  AdvanceModels laws;
   std::optional<double> laws_acceleration_mm_s2;  ///< that acceleration
   std::vector<std::string> notices;
 };
@@ -82,7 +82,7 @@ struct FlowTable {
 /// Combines points under the same conditions (within 2 %; means weighted by their uncertainties,
 /// which grow if the points scatter more than stated). Fits the value's trend: one slope over flow
 /// for all accelerations, one over the logarithm of acceleration for all flows; and a law of flow
-/// (FitAdvanceLaws).
+/// (FitAdvanceModels).
 /// Errors (kInput): no point; a flow or acceleration that is no positive number.
 [[nodiscard]] Result<FlowTable> MakeFlowTable(std::vector<FlowPoint> points);
 

@@ -121,7 +121,7 @@ std::vector<AdvanceValue> Noisy(std::vector<AdvanceValue> values, Random& random
 
 const std::vector<double> kThreeFlows = {6.6, 11, 16.6};
 
-TEST(AdvanceLaw, FindsTheFormAndTheNumbersThatFirmwareHas) {
+TEST(AdvanceModel, FindsTheFormAndTheNumbersThatFirmwareHas) {
   const auto tanh = Values({3, 6.6, 11, 16.6}, 1e-6, [](double flow_mm3_s) {
     return 0.02 * flow_mm3_s + 0.15 * std::tanh(flow_mm3_s / 4);
   });
@@ -130,7 +130,7 @@ TEST(AdvanceLaw, FindsTheFormAndTheNumbersThatFirmwareHas) {
   });
   for (const auto& [values, form] :
        {std::pair{tanh, AdvanceForm::kTanh}, {reciprocal, AdvanceForm::kReciprocal}}) {
-    const AdvanceLaws laws = FitAdvanceLaws(values);
+    const AdvanceModels laws = FitAdvanceModels(values);
     ASSERT_TRUE(laws.firmware);
     EXPECT_EQ(laws.firmware->form, form);
     EXPECT_NEAR(laws.firmware->linear_s, 0.02, 0.002);
@@ -140,7 +140,7 @@ TEST(AdvanceLaw, FindsTheFormAndTheNumbersThatFirmwareHas) {
   }
 }
 
-TEST(AdvanceLaw, IntervalsOfTheExponentHoldItAndAStraightLawIsRarelySaidToBend) {
+TEST(AdvanceModel, IntervalsOfTheExponentHoldItAndAStraightLawIsRarelySaidToBend) {
   constexpr int kWorlds = 400;
   for (const std::vector<double>& flows :
        {std::vector<double>{8, 16.6}, kThreeFlows, std::vector<double>{3, 6.6, 11, 16.6}}) {
@@ -153,7 +153,7 @@ TEST(AdvanceLaw, IntervalsOfTheExponentHoldItAndAStraightLawIsRarelySaidToBend) 
                                            return 0.04 * 11 * std::pow(flow_mm3_s / 11, exponent);
                                          }),
                                   random);
-        const AdvanceLaws laws = FitAdvanceLaws(values);
+        const AdvanceModels laws = FitAdvanceModels(values);
         ASSERT_TRUE(laws.exponent.good()) << laws.exponent.reason();
         const Interval& interval = laws.exponent.quantity().interval95;
         held += interval.lo <= exponent && exponent <= interval.hi;
@@ -165,34 +165,34 @@ TEST(AdvanceLaw, IntervalsOfTheExponentHoldItAndAStraightLawIsRarelySaidToBend) 
   }
 }
 
-TEST(AdvanceLaw, CannotTellFromTooLittle) {
+TEST(AdvanceModel, CannotTellFromTooLittle) {
   const auto straight = [](double q) { return 0.04 * q; };
   for (const auto& values : {std::vector<AdvanceValue>{}, Values({8}, 0.0008, straight),
                              Values({8, 8.1, 8.5}, 0.0008, straight)}) {
-    const AdvanceLaws laws = FitAdvanceLaws(values);
+    const AdvanceModels laws = FitAdvanceModels(values);
     EXPECT_EQ(laws.exponent.verdict(), Verdict::kCannotTell);
     EXPECT_THAT(laws.exponent.reason(), HasSubstr("two flows"));
     EXPECT_FALSE(laws.bends);
   }
-  const AdvanceLaws unsure = FitAdvanceLaws(Values({8, 12}, 0.05, straight));
+  const AdvanceModels unsure = FitAdvanceModels(Values({8, 12}, 0.05, straight));
   EXPECT_EQ(unsure.exponent.verdict(), Verdict::kCannotTell);
   EXPECT_THAT(unsure.exponent.reason(), HasSubstr("any law fits"));
   // Two flows tell that it bends, not how.
-  const AdvanceLaws two =
-      FitAdvanceLaws(Values({8, 16}, 0.0005, [](double q) { return 0.1 * std::sqrt(q); }));
+  const AdvanceModels two =
+      FitAdvanceModels(Values({8, 16}, 0.0005, [](double q) { return 0.1 * std::sqrt(q); }));
   EXPECT_TRUE(two.bends);
   EXPECT_FALSE(two.firmware);
 }
 
 // Results are read from files: numbers that no printer has end in a verdict all the same.
-TEST(AdvanceLaw, SurvivesNumbersThatNoPrinterHas) {
+TEST(AdvanceModel, SurvivesNumbersThatNoPrinterHas) {
   for (const double value_s : {-1.0, 0.0, 1e-300, 1e300}) {
     for (const double sigma_s : {1e-300, 1e-12, 1e300}) {
       for (const double flow : {1e-9, 1.0, 1e200}) {
         const std::vector<AdvanceValue> values = {{0, flow, value_s, sigma_s},
                                                   {0, 2 * flow, value_s, sigma_s},
                                                   {flow, 4 * flow, value_s, sigma_s}};
-        const AdvanceLaws laws = FitAdvanceLaws(values);
+        const AdvanceModels laws = FitAdvanceModels(values);
         if (!laws.exponent.good()) continue;
         const Interval& interval = laws.exponent.quantity().interval95;
         EXPECT_LE(interval.lo, laws.exponent.quantity().value);

@@ -90,9 +90,9 @@ constexpr double kFlankNoise = 2;     ///< sigmas of a row that a flank stands a
 constexpr double kMarginRows = 1.5;   ///< flank position to foot of the flank
 constexpr double kNarrowestRows = 4;  ///< per half bead
 constexpr double kFollowedRows = 2;   ///< beyond its line, from where a flank is followed
-constexpr double kLeastSpread = 0.1;  ///< spread of areas required to correct flanks
-constexpr double kLeastArea = 0.1;    ///< over the median, down to which a flank is followed
-constexpr double kMostArea = 3;       ///< and up to which
+constexpr double kMinSpread = 0.1;    ///< spread of areas required to correct flanks
+constexpr double kMinArea = 0.1;      ///< over the median, down to which a flank is followed
+constexpr double kMaxArea = 3;        ///< and up to which
 
 /// Finds the level crossings of the bead's flanks, descending from the band's centre; none if the
 /// centre is not above the level.
@@ -132,7 +132,7 @@ class FlankLine {
     }
     median_area_ = Median(x);
     const double steepest = std::max(0.0, Median(y)) / median_area_;
-    if (x.back() - x.front() > kLeastSpread * median_area_) {
+    if (x.back() - x.front() > kMinSpread * median_area_) {
       slope_ = std::clamp(geometry::FitRobustLine(x, y, scratch).slope, 0.0, steepest);
     }
     for (std::size_t i = 0; i < x.size(); ++i) y[i] -= slope_ * x[i];
@@ -140,7 +140,7 @@ class FlankLine {
   }
 
   [[nodiscard]] double at(double area) const {
-    return offset_ + slope_ * std::clamp(area, kLeastArea * median_area_, kMostArea * median_area_);
+    return offset_ + slope_ * std::clamp(area, kMinArea * median_area_, kMaxArea * median_area_);
   }
 
  private:

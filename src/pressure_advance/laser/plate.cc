@@ -231,7 +231,7 @@ namespace {
 
 /// Finds frames whose level may be raised: those with a swell, and those above the straight line
 /// through all levels.
-std::vector<bool> Suspects(const BeadBand& band, double least_px, const Plate& plate) {
+std::vector<bool> Suspects(const BeadBand& band, double min_px, const Plate& plate) {
   const std::size_t frames = plate.level.size();
   std::vector<bool> suspect(frames);
   std::vector<double> x, y, off, scratch;
@@ -244,7 +244,7 @@ std::vector<bool> Suspects(const BeadBand& band, double least_px, const Plate& p
   if (x.size() < kTrendReach) return suspect;
   const geometry::RobustLine line = geometry::FitRobustLine(x, y, scratch);
   for (std::size_t i = 0; i < x.size(); ++i) off.push_back(y[i] - line.at(x[i]));
-  const double most = std::max(least_px, 5 * RobustStandardDeviation(off));
+  const double most = std::max(min_px, 5 * RobustStandardDeviation(off));
   for (std::size_t f = 0; f < frames; ++f) {
     suspect[f] = band.half(f) > band.half_width ||
                  (plate.sigma[f] > 0 && plate.level[f] - line.at(static_cast<double>(f)) > most);
@@ -285,8 +285,8 @@ Bridge BridgeAt(std::size_t frame, const std::vector<bool>& suspect, const Plate
 }  // namespace
 
 std::vector<bool> BridgeSwells(const BeadBand& band, double peak_px, Plate& plate) {
-  const double least_px = peak_px / 6;
-  const std::vector<bool> suspect = Suspects(band, least_px, plate);
+  const double min_px = peak_px / 6;
+  const std::vector<bool> suspect = Suspects(band, min_px, plate);
   std::vector<bool> replaced(suspect.size());
   Plate bridged = plate;
   for (std::size_t f = 0; f < suspect.size(); ++f) {
@@ -294,7 +294,7 @@ std::vector<bool> BridgeSwells(const BeadBand& band, double peak_px, Plate& plat
     const Bridge bridge = BridgeAt(f, suspect, plate);
     if (!bridge.found) continue;
     const bool unseen = plate.sigma[f] <= 0;
-    if (unseen || plate.level[f] - bridge.level > std::max(least_px, 5 * bridge.scatter_px)) {
+    if (unseen || plate.level[f] - bridge.level > std::max(min_px, 5 * bridge.scatter_px)) {
       bridged.level[f] = bridge.level;
       bridged.sigma[f] = std::max(bridge.scatter_px, 1e-3);
       replaced[f] = true;

@@ -165,16 +165,16 @@ RC_GTEST_PROP(PatternProperty, TravelsAreRetractedAndLiftedAndPrintsAreNot, ()) 
 RC_GTEST_PROP(PatternProperty, TimeIsAtLeastThatOfTheCommandedSpeeds, ()) {
   const PatternConfig config = DrawValidConfig();
   const PatternLayout layout = LayOut(config);
-  double least_s = 0;
+  double min_s = 0;
   double ramps_s = 0;
   for (const Move& move : layout.moves) {
     const double path = Length(move) + std::abs(move.to.z_mm - move.from.z_mm);
-    least_s += (path > 0 ? path : std::abs(move.filament_mm)) / move.speed_mm_s;
+    min_s += (path > 0 ? path : std::abs(move.filament_mm)) / move.speed_mm_s;
     ramps_s += 2 * move.speed_mm_s / config.acceleration_mm_s2;
   }
   const double time_s = Summarise(layout, config).time_s;
-  RC_ASSERT(time_s >= least_s - 1e-6);
-  RC_ASSERT(time_s <= least_s + ramps_s);
+  RC_ASSERT(time_s >= min_s - 1e-6);
+  RC_ASSERT(time_s <= min_s + ramps_s);
 }
 
 /// Writes a value that nobody means into one number of the configuration.

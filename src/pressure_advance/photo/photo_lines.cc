@@ -25,7 +25,7 @@ constexpr const char* kAdvice =
     "All lines with some plate around them must be in the picture, sharp and without glare";
 
 // Sufficient for the measurement: lines of 20 px are read to a percent of their width.
-constexpr double kMostMeasured_px = 12e6;
+constexpr double kMaxMeasured_px = 12e6;
 constexpr int kLongestMeasured_px = 6000;
 
 struct View {
@@ -105,8 +105,8 @@ constexpr double kClear = 3;  // rows over columns
 double Rank(const Candidate& candidate, std::size_t wanted) {
   if (!candidate.line_pattern.problem.empty()) return -1;
   const double right = HasPlaces(candidate.line_pattern, wanted) ? 1 : 0;
-  constexpr double kMostMismatch = 0.1;
-  const double alike = std::max(0.0, 1 - BarMismatch(candidate) / kMostMismatch);
+  constexpr double kMaxMismatch = 0.1;
+  const double alike = std::max(0.0, 1 - BarMismatch(candidate) / kMaxMismatch);
   return kRightCount * right + alike * std::min(candidate.strength, kRightCount - 1);
 }
 
@@ -156,7 +156,7 @@ std::optional<Candidate> LookClosely(const Frame& photo, const Glance& glance, s
 }
 
 PhotoLines LinesInFrame(const Frame& measured, std::size_t wanted) {
-  constexpr std::size_t kMostClosely = 4;
+  constexpr std::size_t kMaxClosely = 4;
   const std::vector<vision::FoundFrame> frames = vision::FindPrintedFrames(measured.view());
   std::vector<Glance> glances;
   for (const vision::FoundFrame& frame : frames) {
@@ -176,7 +176,7 @@ PhotoLines LinesInFrame(const Frame& measured, std::size_t wanted) {
     return result;
   }
   std::optional<Candidate> best;
-  for (std::size_t i = 0; i < std::min(kMostClosely, glances.size()); ++i) {
+  for (std::size_t i = 0; i < std::min(kMaxClosely, glances.size()); ++i) {
     if (!glances[i].candidate.line_pattern.problem.empty()) break;
     std::optional<Candidate> candidate = LookClosely(measured, glances[i], wanted);
     if (candidate && (!best || Rank(*candidate, wanted) > Rank(*best, wanted))) {
@@ -280,7 +280,7 @@ PhotoLines LinesOfComb(const Frame& measured, std::size_t wanted) {
 
 PhotoLines FindPhotoLines(const BgrView& photo, std::size_t wanted) {
   double scale = 1;
-  Frame measured = vision::ShrinkToFit(photo, kLongestMeasured_px, kMostMeasured_px, scale);
+  Frame measured = vision::ShrinkToFit(photo, kLongestMeasured_px, kMaxMeasured_px, scale);
   constexpr int kSmallest_px = 16;
   PhotoLines result;
   if (std::min(measured.width, measured.height) < kSmallest_px) {
@@ -339,9 +339,9 @@ std::optional<std::size_t> FirstPlace(const vision::LinePattern& line_pattern, s
                                       bool first_at_bottom) {
   const vision::LinePattern& p = line_pattern;
   const std::size_t places = PlacesOf(p);
-  constexpr double kLeastShown = 2.0 / 3;
+  constexpr double kMinShown = 2.0 / 3;
   if (places >= wanted || p.rungs.size() != places) return std::nullopt;
-  if (static_cast<double>(places) < kLeastShown * static_cast<double>(wanted)) return std::nullopt;
+  if (static_cast<double>(places) < kMinShown * static_cast<double>(wanted)) return std::nullopt;
   const bool from_top = p.first_closed && !p.last_closed && p.last_cut;
   const bool from_bottom = p.last_closed && !p.first_closed && p.first_cut;
   if (!from_top && !from_bottom) return std::nullopt;

@@ -13,7 +13,7 @@
 
 #include "base/random.h"
 #include "base/statistics.h"
-#include "pressure_advance/photo/photo_eye.h"
+#include "pressure_advance/photo/photo_reader.h"
 #include "pressure_advance/photo/photo_test_support.h"
 
 namespace trammel::pressure_advance {

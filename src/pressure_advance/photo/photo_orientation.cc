@@ -48,8 +48,8 @@ PhotoSide SideTowards(const Heading& heading) {
 }
 
 bool IsAlong(const Heading& heading, PhotoSide side) {
-  constexpr double kLeastAlong = 0.26;  // about 15 degrees
-  return std::abs(Towards(heading, side)) >= kLeastAlong;
+  constexpr double kMinAlong = 0.26;  // about 15 degrees
+  return std::abs(Towards(heading, side)) >= kMinAlong;
 }
 
 std::string SidesAlong(const Heading& heading) {
@@ -103,10 +103,10 @@ OrientationReading ReadOrientation(const std::vector<LineProfile>& profiles,
                                   : reading;
   // Each reading is the sum of the two largest of a few independent slopes: for noise alone two
   // differ by 1 to 2 scatters.
-  constexpr double kLeastLead = 6;
-  const bool sure = reading.lead >= kLeastLead;
+  constexpr double kMinLead = 6;
+  const bool sure = reading.lead >= kMinLead;
   result.upside_down = sure && reading.upside_down;
-  if (known && free.order_compared && free.lead >= kLeastLead && free.reversed != *known) {
+  if (known && free.order_compared && free.lead >= kMinLead && free.reversed != *known) {
     result.refusal = fmt::format(
         "the lines say that they start at the other end ({:.0f} times the scatter, {:.0f} ahead of "
         "the other readings) than the {}: check the side (--start), the segments and whether the "
@@ -123,7 +123,7 @@ OrientationReading ReadOrientation(const std::vector<LineProfile>& profiles,
         "the lines do not show at which end they were printed first (widths change with PA by "
         "{:.1f} times the scatter, {:.1f} ahead of the other reading; {:.0f} ahead are needed); "
         "give the side at which they start (--start left, right, top or bottom)",
-        reading.significance, reading.lead, kLeastLead);
+        reading.significance, reading.lead, kMinLead);
   } else if (!order_on_trust && !(sure && reading.order_compared)) {
     result.refusal = fmt::format(
         "the lines do not show which of them is the first; give the side at which it lies "

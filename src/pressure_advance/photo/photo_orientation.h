@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "pressure_advance/photo/photo_eye.h"
+#include "pressure_advance/photo/photo_reader.h"
 #include "pressure_advance/photo/photo_segments.h"
 #include "pressure_advance/profile/line_profile.h"
 #include "vision/image.h"

@@ -106,9 +106,9 @@ WidthTrend MeasureWidthTrend(const std::vector<LineProfile>& profiles) {
   const double range = *most - *least;
   if (!(range > 0)) return trend;
   // At places that few lines show the slope would be mostly noise.
-  constexpr double kLeastShown = 0.4;
+  constexpr double kMinShown = 0.4;
   const double fewest =
-      std::max(static_cast<double>(kFewestLines), kLeastShown * static_cast<double>(values.size()));
+      std::max(static_cast<double>(kFewestLines), kMinShown * static_cast<double>(values.size()));
   std::vector<double> raw, errors;
   for (std::size_t i = 0; i < profiles.front().samples.size(); ++i) {
     double n = 0, sx = 0, sy = 0, sxx = 0, sxy = 0, syy = 0;
@@ -172,8 +172,8 @@ TrendReading ReadTrend(const WidthTrend& trend, double slow_before, double slow_
   reading.significance = best.score() / trend.scatter;
   reading.lead = (best.score() - hypotheses[1].score()) / trend.scatter;
   const double weaker = std::min(best.acceleration.size, best.deceleration.size) / trend.scatter;
-  constexpr double kLeastSignificance = 6;
-  if (weaker >= kLeastSignificance) {
+  constexpr double kMinSignificance = 6;
+  if (weaker >= kMinSignificance) {
     const auto from_start = [&](double p) { return best.reversed ? 1 - p : p; };
     constexpr double kLobe = 0.02;  // a bead's footprint and the smoothing of the trend
     reading.segments = FoundSegments{from_start(best.acceleration.position),
@@ -183,12 +183,12 @@ TrendReading ReadTrend(const WidthTrend& trend, double slow_before, double slow_
 }
 
 std::vector<ShownPart> PossibleParts(bool first_end_seen, bool last_end_seen) {
-  constexpr double kMostHidden = 0.4, kStep = 0.01;
+  constexpr double kMaxHidden = 0.4, kStep = 0.01;
   std::vector<ShownPart> parts;
-  const double most_first = first_end_seen ? 0 : kMostHidden;
-  const double most_last = last_end_seen ? 0 : kMostHidden;
-  for (double first = 0; first <= most_first; first += kStep) {
-    for (double last = 0; last <= most_last; last += kStep) parts.push_back({first, 1 - last});
+  const double max_first = first_end_seen ? 0 : kMaxHidden;
+  const double max_last = last_end_seen ? 0 : kMaxHidden;
+  for (double first = 0; first <= max_first; first += kStep) {
+    for (double last = 0; last <= max_last; last += kStep) parts.push_back({first, 1 - last});
   }
   return parts;
 }

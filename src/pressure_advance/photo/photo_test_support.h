@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "base/frame.h"
-#include "pressure_advance/photo/photo_eye.h"
+#include "pressure_advance/photo/photo_reader.h"
 
 namespace trammel::pressure_advance {
 

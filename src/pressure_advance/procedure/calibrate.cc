@@ -25,7 +25,7 @@ using pressure_advance::PatternConfig;
 using settings::ScanSettings;
 
 constexpr double kAsk_s = 10;
-constexpr std::size_t kMostPhotoBytes = std::size_t{64} << 20;
+constexpr std::size_t kMaxPhotoBytes = std::size_t{64} << 20;
 constexpr double kStall_s = 5;
 constexpr std::size_t kLongestCameraName = 500;
 constexpr int kJpegQuality = 95;  // for pictures received as raw pixels
@@ -36,34 +36,34 @@ ParkPlace ParkPlaceOf(const PatternConfig& config) {
 }
 
 // Opens a camera that delivers pictures; empty if none is wanted.
-Result<Eye> OpenEye(const Session& session, const GuardedRun& run) {
-  Eye eye;
-  if (!run.looks) return eye;
-  session.Tell({.text = "looking at the camera", .remaining_s = {}, .phase = "checking"});
-  eye.camera = TRY(OpenCamera(session, *run.settings));
-  eye.recorder = std::make_unique<FrameRecorder>(*eye.camera, kStall_s);
-  TRY(eye.recorder->NextFrame(kStall_s, session.stop));
-  return eye;
+Result<OpenedCamera> OpenReaderCamera(const Session& session, const GuardedRun& run) {
+  OpenedCamera reader;
+  if (!run.looks) return reader;
+  session.Report({.text = "looking at the camera", .remaining_s = {}, .phase = "checking"});
+  reader.camera = TRY(OpenCamera(session, *run.settings));
+  reader.recorder = std::make_unique<FrameRecorder>(*reader.camera, kStall_s);
+  TRY(reader.recorder->NextFrame(kStall_s, session.stop));
+  return reader;
 }
 
 }  // namespace
 
-std::string Eye::Describe() const {
+std::string OpenedCamera::Describe() const {
   return camera ? Utf8OrReplaced(camera->Describe(), kLongestCameraName) : std::string();
 }
 
 GuardedOutcome RunGuarded(Session& session, const GuardedRun& run) {
-  Eye eye;  // open until the laser is off
+  OpenedCamera reader;  // open until the laser is off
   GuardedSteps guarded;
   guarded.settings = run.settings;
   guarded.identity = run.identity;
   guarded.park = ParkPlaceOf(*run.pattern);
   guarded.check = run.check;
   guarded.steps = [&](const Session& taken, PrinterStateGuard& guard) -> Result<void> {
-    eye = TRY(OpenEye(taken, run));
+    reader = TRY(OpenReaderCamera(taken, run));
     TRY(HomeWhereItIsNot(taken));
     TRY(guard.Begin(taken));
-    return run.steps(taken, guard, eye);
+    return run.steps(taken, guard, reader);
   };
   return RunGuarded(session, guarded);
 }
@@ -85,7 +85,7 @@ Result<void> CoolForScan(const Session& session, const machine::PrinterState& st
                          double nozzle_c, double time_limit_s) {
   const std::string& extruder = state.active_extruder;
   if (nozzle_c == 0) {
-    session.Say(fmt::format("switching {} off, without waiting for it to cool", extruder));
+    session.Report(fmt::format("switching {} off, without waiting for it to cool", extruder));
     return SetTarget(session, extruder, 0);
   }
   const auto nozzle = state.heaters.find(extruder);
@@ -120,8 +120,9 @@ Result<PatternPhoto> NewestPhoto(const Session& session,
 }  // namespace
 
 std::optional<double> ServerTime_s(const Session& session) {
-  constexpr double kTell_s = 3;  // also where somebody stops the program: of a print that has ended
-  const auto told = session.printer.CallServer("machine.proc_stats", nullptr, {kTell_s, {}});
+  constexpr double kReport_s =
+      3;  // also where somebody stops the program: of a print that has ended
+  const auto told = session.printer.CallServer("machine.proc_stats", nullptr, {kReport_s, {}});
   const json* const times = told ? machine::Member(*told, "moonraker_stats") : nullptr;
   if (times == nullptr || !times->is_array() || times->empty()) return std::nullopt;
   return machine::Number(times->back(), "time");
@@ -144,7 +145,7 @@ Result<PatternPhoto> DownloadPhoto(const Session& session, const std::string& na
                     "folder {} beside the printer's configuration",
                     name, kUploadFolder));
   }
-  photo.bytes = TRY(DownloadUpload(session, photo.name, kMostPhotoBytes));
+  photo.bytes = TRY(DownloadUpload(session, photo.name, kMaxPhotoBytes));
   return photo;
 }
 
@@ -194,7 +195,7 @@ Result<void> PrintPattern(const Session& session, const CalibrationRequest& requ
   options.print_time_s = summary.time_s;
   options.filament_mm = summary.filament_mm;
   const auto temperatures = settings::TemperaturesOf(config);
-  session.Say("to be heated to " + settings::DescribeTemperatures(config));
+  session.Report("to be heated to " + settings::DescribeTemperatures(config));
   options.nozzle_temperature_c = temperatures.nozzle_c;
   options.bed_temperature_c = temperatures.bed_c;
   return Print(session, gcode, options);
@@ -270,12 +271,12 @@ Result<void> ScanEachPattern(const Scanner& scanner) {
     }
     if (!planned) return planned;
     const auto sweeps = TRY(SweepsOf(scanner, plan));
-    scanner.session.Say(fmt::format("scanning pattern {} of {}", i + 1, request.folders.size()));
+    scanner.session.Report(fmt::format("scanning pattern {} of {}", i + 1, request.folders.size()));
     auto swept = SweepLines(scanner, plan, sweeps, request.folders[i], i > 0);
     if (!swept && swept.error().kind != ErrorKind::kMeasurement) return swept;
     scanned = scanned || swept.has_value();
     if (!swept) {
-      scanner.session.Say(fmt::format("pattern {}: {}", i + 1, swept.error().message));
+      scanner.session.Report(fmt::format("pattern {}: {}", i + 1, swept.error().message));
       failed = std::move(swept);
     }
   }
@@ -360,8 +361,8 @@ CalibrationOutcome Calibrate(const Session& asked, const CalibrationRequest& req
   run.identity.heaters_end_off = request.for_photo;
   run.looks = request.scan;
   run.check = [&](const Session& taken) { return CheckAll(taken, request); };
-  run.steps = [&](const Session& taken, PrinterStateGuard& guard, const Eye& eye) {
-    auto done = RunSteps(taken, request, guard, eye.recorder.get(), eye.Describe());
+  run.steps = [&](const Session& taken, PrinterStateGuard& guard, const OpenedCamera& reader) {
+    auto done = RunSteps(taken, request, guard, reader.recorder.get(), reader.Describe());
     if (done && !request.scan) outcome.bed_c = BedTarget_c(taken);
     return done;
   };

@@ -26,7 +26,7 @@ namespace trammel::procedure {
 // restoration after the last.
 
 /// Camera that delivers pictures. Both are absent if none is used.
-struct Eye {
+struct OpenedCamera {
   std::unique_ptr<machine::FrameSource> camera;
   std::unique_ptr<FrameRecorder> recorder;
 
@@ -43,7 +43,7 @@ struct GuardedRun {
   /// Moves nothing; an error ends the run before any change.
   std::function<Result<void>(const Session&)> check;
   /// Procedure's own steps, on a homed printer.
-  std::function<Result<void>(const Session&, PrinterStateGuard&, const Eye&)> steps;
+  std::function<Result<void>(const Session&, PrinterStateGuard&, const OpenedCamera&)> steps;
 };
 
 /// Runs the checks, claims the printer, opens the camera and homes unhomed axes, then runs the

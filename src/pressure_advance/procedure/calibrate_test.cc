@@ -86,7 +86,7 @@ TEST_F(StoppedCalibration, IsToldBeforeACameraThatIsNotThere) {
   EXPECT_THAT(outcome.unrestored, IsEmpty());
 }
 
-TEST(NameStop, ChecksThatAStopKeptFromBeingMadeAreNoRefusal) {
+TEST(NameStopReason, ChecksThatAStopKeptFromBeingMadeAreNoRefusal) {
   StoppablePrinter printer;
   std::stop_source stop;
   stop.request_stop();

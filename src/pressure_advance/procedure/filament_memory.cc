@@ -20,7 +20,7 @@ using Values = std::map<std::string, std::map<std::string, double>>;  // filamen
 
 constexpr double kAsk_s = 10;
 constexpr double kMost_s = 10;
-constexpr std::size_t kMostFilaments = 1000;  // written: all are in one line of G-code
+constexpr std::size_t kMaxFilaments = 1000;  // written: all are in one line of G-code
 
 bool IsKeyPart(char c) { return (c >= 'a' && c <= 'z') || (c >= '0' && c <= '9') || c == '_'; }
 
@@ -94,13 +94,13 @@ Result<void> ForgetOldNozzle(const Session& session, const Json& variables,
 }  // namespace
 
 Result<std::string> FilamentKey(std::string_view name) {
-  constexpr std::size_t kMostBytes = 100;
+  constexpr std::size_t kMaxBytes = 100;
   const std::size_t from = std::min(name.find_first_not_of(' '), name.size());
   name = name.substr(from, name.find_last_not_of(' ') + 1 - from);
   if (name.empty()) return Fail("the filament's name is empty; say which one it is");
-  if (name.size() > kMostBytes) {
+  if (name.size() > kMaxBytes) {
     return Fail(fmt::format("the filament's name has {} bytes; give one of at most {}", name.size(),
-                            kMostBytes));
+                            kMaxBytes));
   }
   std::string key;
   for (const char c : name) {
@@ -139,7 +139,7 @@ Result<FilamentPlace> KeepForFilament(const Session& session, std::string_view n
         "trammel_pa of the printer's variables holds something that trammel did not write; look "
         "at the file that [save_variables] names, and delete that line");
   }
-  if (values->size() >= kMostFilaments && values->count(key) == 0) {
+  if (values->size() >= kMaxFilaments && values->count(key) == 0) {
     return Fail(
         fmt::format("{} filaments have a pressure advance there already: take those out of "
                     "trammel_pa that you have no more, in the file that [save_variables] names",

@@ -20,7 +20,7 @@ namespace trammel::procedure {
 
 /// Minimum number of patterns on one plate.
 inline constexpr int kFewestPatterns = 2;
-inline constexpr int kMostPatterns = 9;
+inline constexpr int kMaxPatterns = 9;
 
 /// Arranges `count` patterns of these settings in the grid with the shortest diagonal that fits: as
 /// near to the bed's centre as bed, nozzle and camera allow, or with its front left corner at

@@ -31,7 +31,7 @@ bool Touch(const pressure_advance::BoundsMm& a, const pressure_advance::BoundsMm
 }
 
 TEST(PlateLayout, LaysAsManyPatternsAsAreWantedApartAndWithinReach) {
-  for (int count = kFewestPatterns; count <= kMostPatterns; ++count) {
+  for (int count = kFewestPatterns; count <= kMaxPatterns; ++count) {
     const auto laid = PatternsBeside(One(), count, {}, kReach);
     ASSERT_TRUE(laid.has_value()) << count << ": " << laid.error().message;
     ASSERT_TRUE(Validate(*laid)) << count;

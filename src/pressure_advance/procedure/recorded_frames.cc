@@ -15,7 +15,7 @@
 #include "machine/video/video_cutter.h"
 #include "machine/video/video_file.h"
 #include "pressure_advance/files/recording.h"
-#include "pressure_advance/laser/laser_eye.h"
+#include "pressure_advance/laser/laser_reader.h"
 
 namespace trammel::procedure {
 namespace {
@@ -80,7 +80,7 @@ Result<void> CheckSize(const ScanLine& line, const machine::VideoFile& frame,
 /// and uncut ones.
 Result<std::vector<Frame>> SampleFrames(const std::filesystem::path& folder, const Scan& scan,
                                         const ScanLine& line) {
-  constexpr std::size_t kMostFrames = 16;
+  constexpr std::size_t kMaxFrames = 16;
   constexpr std::size_t kFewestFrames = 4;
   const auto path = TRY(VideoOf(folder, line));
   auto video = machine::VideoFile::Open(path);
@@ -100,8 +100,8 @@ Result<std::vector<Frame>> SampleFrames(const std::filesystem::path& folder, con
     if (i % stride != 0) continue;
     const auto pixels =
         static_cast<std::size_t>(whole.width) * static_cast<std::size_t>(whole.height);
-    const bool large = 3 * pixels * kMostFrames > kMaxSweepBytes / 2;
-    const std::size_t most = large ? kFewestFrames : kMostFrames;
+    const bool large = 3 * pixels * kMaxFrames > kMaxSweepBytes / 2;
+    const std::size_t most = large ? kFewestFrames : kMaxFrames;
     if (frames.size() >= most) {  // every second one makes room for the rest
       for (std::size_t k = 1; k < most / 2; ++k) {
         frames[k] = std::move(frames[2 * k]);

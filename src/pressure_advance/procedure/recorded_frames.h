@@ -9,7 +9,7 @@
 
 #include "base/frame.h"
 #include "base/result.h"
-#include "pressure_advance/laser/stripe_sight.h"
+#include "pressure_advance/laser/stripe_observation.h"
 #include "pressure_advance/recording/scan.h"
 
 namespace trammel::procedure {

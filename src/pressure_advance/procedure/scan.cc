@@ -10,7 +10,7 @@
 
 #include "base/thread_priority.h"
 #include "machine/net/host_clock.h"
-#include "pressure_advance/laser/stripe_sight.h"
+#include "pressure_advance/laser/stripe_observation.h"
 #include "pressure_advance/procedure/plate_layout.h"
 #include "pressure_advance/procedure/scan_recording.h"
 #include "pressure_advance/setup/stripe_reading.h"
@@ -59,8 +59,8 @@ Check CheckLaserLine(const machine::CapturedFrame& lit, const settings::ScanSett
   if (!stripe.fault.empty()) return advise(stripe.fault);
   constexpr double kFullWidth = 2.35482;  // Gaussian's full width at half maximum, in sigmas
   const double width_px = kFullWidth * stripe.width_px;
-  const pressure_advance::StripeSight sight{width_px, stripe.peak, stripe.saturated_px};
-  const auto notices = pressure_advance::NoticesOfSight({&sight, 1}, settings.px_per_mm);
+  const pressure_advance::StripeObservation observation{width_px, stripe.peak, stripe.saturated_px};
+  const auto notices = pressure_advance::ObservationNotices({&observation, 1}, settings.px_per_mm);
   if (!notices.empty()) return advise(notices.front());
   return Pass(kName, fmt::format("{:.1f} px{} wide at half its height, {:.0f} grey levels over the "
                                  "plate",
@@ -114,8 +114,9 @@ Result<void> AskMotion(const Sweeping& sweeping, std::span<const Sweep> run, dou
   machine::Printer& printer = sweeping.session.printer;
   const auto clock = TRY(printer.Clock(kClock_s, sweeping.session.Within(kFrame_s)));
   recorded.clock_sigma_s = clock.PrintTimeBound(to_s) / std::sqrt(3.0);
-  recorded.motion = AlongLine(printer.MovesTold(clock.PrintTimeOf(from_s), clock.PrintTimeOf(to_s)),
-                              run, clock, sweeping.gcode_origin_mm);
+  recorded.motion =
+      AlongLine(printer.ReportedMoves(clock.PrintTimeOf(from_s), clock.PrintTimeOf(to_s)), run,
+                clock, sweeping.gcode_origin_mm);
   if (IsWhole(recorded.motion, run)) return {};
   const auto moves = TRY(printer.Moves(clock.PrintTimeOf(from_s), clock.PrintTimeOf(to_s),
                                        sweeping.session.Within(kFrame_s)));
@@ -186,10 +187,10 @@ Result<void> Prepare(const Sweeping& sweeping, const SweepPlan& sweeps) {
   if (!request.settings.lights_off_gcode.empty()) {
     TRY(Go(session, request.settings.lights_off_gcode));
   }
-  session.Tell({.text = "moving the camera to its focus height",
-                .remaining_s = {},
-                .phase = "scanning",
-                .done = 0});
+  session.Report({.text = "moving the camera to its focus height",
+                  .remaining_s = {},
+                  .phase = "scanning",
+                  .done = 0});
   auto there = Go(session, FocusGcode(sweeps.z_mm, request.z_speed_mm_s));
   if (there) there = Go(session, TravelGcode(sweeps.sweeps.front(), request.travel_speed_mm_s));
   if (!there || request.laser_seen) return there;
@@ -198,7 +199,7 @@ Result<void> Prepare(const Sweeping& sweeping, const SweepPlan& sweeps) {
 }
 
 // Maximum number of sweeps of a line that could not be placed.
-constexpr int kMostSweepsOfALine = 3;
+constexpr int kMaxSweepsOfALine = 3;
 constexpr std::size_t kHopeless = 3;  // lines, without one of them in its place
 // A busy computer loses frames and delivers them late: at half the speed both affect half the
 // distance. Below this limit the picture changes too little from frame to frame (the paper scans at
@@ -229,12 +230,12 @@ Result<void> SweepRunAndAgain(const Sweeping& sweeping, const SweepPlan& sweeps,
                                      : fmt::format("line{}-{}.avi", part.first, attempt);
     auto swept = TRY(SweepLines(sweeping, sweeps.Of(part), std::move(video), pace.speed_mm_s));
     TRY(recording.Add(std::move(swept)));
-    if (!recording.trouble() || attempt == kMostSweepsOfALine || pace.repeats_left == 0) continue;
+    if (!recording.trouble() || attempt == kMaxSweepsOfALine || pace.repeats_left == 0) continue;
     --pace.repeats_left;
     const double slower_mm_s = std::max(pace.speed_mm_s / 2, kSlowest_mm_s);
     pace.speed_mm_s = std::min(pace.speed_mm_s, slower_mm_s);
-    sweeping.session.Say(fmt::format("scanning {} again, at {:.3g} mm/s: {}", NameOf(part),
-                                     pace.speed_mm_s, *recording.trouble()));
+    sweeping.session.Report(fmt::format("scanning {} again, at {:.3g} mm/s: {}", NameOf(part),
+                                        pace.speed_mm_s, *recording.trouble()));
     TRY(recording.SetLastAside());
     TRY(SweepRunAndAgain(sweeping, sweeps, part, attempt + 1, pace, recording));
   }
@@ -270,15 +271,15 @@ Result<void> ScanAll(const Sweeping& sweeping, const SweepPlan& sweeps, ScanReco
     const std::size_t i = run.first;
     // Times of travels and waits are known after the first run.
     if (i > 0) each_s = (machine::HostNow() - begin_s) / static_cast<double>(i);
-    sweeping.session.Tell({.text = fmt::format("scanning {} of {}", NameOf(run), lines),
-                           .remaining_s = each_s * static_cast<double>(lines - i),
-                           .phase = "scanning",
-                           .done = static_cast<double>(i) / static_cast<double>(lines)});
+    sweeping.session.Report({.text = fmt::format("scanning {} of {}", NameOf(run), lines),
+                             .remaining_s = each_s * static_cast<double>(lines - i),
+                             .phase = "scanning",
+                             .done = static_cast<double>(i) / static_cast<double>(lines)});
     auto scanned = SweepRunAndAgain(sweeping, sweeps, run, 1, pace, recording);
     if (!scanned) return WithWhatIsSafe(scanned, recording, sweeping.request.folder);
     if (i + run.count >= kHopeless && recording.placed() == 0 && recording.trouble()) break;
   }
-  for (const std::string& line : recording.LeftOut()) sweeping.session.Say(line);
+  for (const std::string& line : recording.LeftOut()) sweeping.session.Report(line);
   return recording.Finish();
 }
 
@@ -290,7 +291,7 @@ Result<void> ScanLines(const Session& session, FrameRecorder& recorder, const Sw
   const Sweeping sweeping{session, recorder, request, state.gcode.homing_origin_mm};
   TRY(Prepare(sweeping, sweeps));
   if (const ThreadPriority priority = recorder.priority(); !priority.raised) {
-    session.Say("frames are fetched at the usual priority: " + priority.text);
+    session.Report("frames are fetched at the usual priority: " + priority.text);
   }
   ScanRecording recording(request, sweeps.sweeps.size());
   TRY(recording.Begin());

@@ -47,7 +47,7 @@ std::optional<Check> FindHeightBeyond(const PatternConfig& pattern, const Reach&
 std::optional<Check> FindTurnTooFast(const PatternConfig& pattern,
                                      const machine::PrinterFacts& facts) {
   if (!facts.max_angular_velocity_rad_s) return std::nullopt;
-  const double most_rad_s = *facts.max_angular_velocity_rad_s;
+  const double max_rad_s = *facts.max_angular_velocity_rad_s;
   for (const auto& move : LayOut(pattern).moves) {
     if (move.kind != pressure_advance::MoveKind::kLine) continue;
     // Lines are along X.
@@ -56,18 +56,18 @@ std::optional<Check> FindTurnTooFast(const PatternConfig& pattern,
     const double nearest_mm =
         std::hypot(std::clamp(0.0, lo_mm, hi_mm), move.from.y_mm + facts.reach.offset_mm[1]);
     const double turns_rad_s = move.speed_mm_s / nearest_mm;
-    if (nearest_mm == 0 || turns_rad_s <= most_rad_s) continue;  // Klipper lets the centre pass
+    if (nearest_mm == 0 || turns_rad_s <= max_rad_s) continue;  // Klipper lets the centre pass
     const double acceleration_mm_s2 = SettingsOf(pattern, move.pattern).acceleration_mm_s2;
     const double needed = std::max(move.speed_mm_s / facts.configured_max_velocity_mm_s,
                                    acceleration_mm_s2 / facts.configured_max_accel_mm_s2);
-    if (most_rad_s / turns_rad_s >= needed) continue;
+    if (max_rad_s / turns_rad_s >= needed) continue;
     return Unsafe(
         "limits",
         fmt::format("{:g} mm/s turn the bed at {:.3g} rad/s {:.1f} mm from the centre, and "
                     "max_angular_velocity of [printer] in printer.cfg is {:g}: set position_x or "
                     "position_y {:.0f} mm off the centre, lower the speed, or raise it",
-                    move.speed_mm_s, turns_rad_s, nearest_mm, most_rad_s,
-                    std::ceil(std::min(1.0, needed) * move.speed_mm_s / most_rad_s)));
+                    move.speed_mm_s, turns_rad_s, nearest_mm, max_rad_s,
+                    std::ceil(std::min(1.0, needed) * move.speed_mm_s / max_rad_s)));
   }
   return std::nullopt;
 }

@@ -30,22 +30,22 @@ constexpr double kAsk_s = 10;
 constexpr const char* kMarkGcode = "mark.gcode";
 constexpr double kWideHalf_mm = 4, kWideStep_mm = 1;    // a focus guessed by 1 mm is well inside
 constexpr double kFineHalf_mm = 4, kFineStep_mm = 0.5;  // a halo hides how the width bends nearby
-constexpr int kMostSweeps = 4;                          // to find the focus
+constexpr int kMaxSweeps = 4;                           // to find the focus
 constexpr double kStep_mm = 1.5;  // of the head, to learn the mark's motion in the picture
 constexpr double kStop_s = 2;     // about, from one picture to the next
 
 struct Run {
   const SetupRequest& request;
-  SetupEye& eye;
+  SetupReader& reader;
   SetupRecord& record;
   vision::LaserLineWorkspace workspace;
 };
 
-void Told(const Session& session, std::string text, std::size_t pictures) {
-  session.Tell({.text = std::move(text),
-                .remaining_s = kStop_s * static_cast<double>(pictures),
-                .phase = "scanning",
-                .done = {}});
+void ReportPictures(const Session& session, std::string text, std::size_t pictures) {
+  session.Report({.text = std::move(text),
+                  .remaining_s = kStop_s * static_cast<double>(pictures),
+                  .phase = "scanning",
+                  .done = {}});
 }
 
 // Reads the stripe at each height; its direction comes from the first picture that shows it.
@@ -55,7 +55,7 @@ Result<std::vector<PlacedStripe>> SweepStripe(Run& run, const std::vector<HeadPl
   std::optional<bool> down;
   for (std::size_t i = 0; i < places.size(); ++i) {
     auto picture =
-        TRY(run.eye.Look(places[i], SetupLight::kLaser, fmt::format("{}-{:02}", name, i + 1)));
+        TRY(run.reader.Look(places[i], SetupLight::kLaser, fmt::format("{}-{:02}", name, i + 1)));
     const bool runs_down = down ? *down : pressure_advance::StripeRunsDown(picture.view());
     auto reading = pressure_advance::ReadStripe(picture.view(), runs_down, run.workspace);
     if (reading.fault.empty()) down = runs_down;
@@ -67,9 +67,11 @@ Result<std::vector<PlacedStripe>> SweepStripe(Run& run, const std::vector<HeadPl
 
 // Sets the same reason for every missing value.
 void EndWith(const Measured& why, SetupResult& result) {
-  result.focus_mm = result.scale.px_per_mm = result.scale.rotation_rad = result.scale.play_x_mm =
-      result.scale.play_y_mm = result.offset.x_mm = result.offset.y_mm = why;
-  result.height.px_per_height_mm = result.height.laser_angle_rad = result.height.play_z_mm = why;
+  result.focus_mm = result.scale.px_per_mm = result.scale.rotation_rad =
+      result.scale.backlash_x_mm = result.scale.backlash_y_mm = result.offset.x_mm =
+          result.offset.y_mm = why;
+  result.height.px_per_height_mm = result.height.laser_angle_rad = result.height.backlash_z_mm =
+      why;
   result.scan_angle_rad = result.laser_turn_rad = why;
 }
 
@@ -97,37 +99,37 @@ Measured WithClearHeights(const Measured& focus, const ClearHeights& clear) {
 
 // Searches the focus over the empty plate. Good: a height; else the record has the reason.
 Result<std::optional<double>> FindFocus(Run& run, HeadPlace at) {
-  const Session& session = run.eye.session();
+  const Session& session = run.reader.session();
   Measured focus;
-  for (int sweep = 1; sweep <= kMostSweeps; ++sweep) {
-    const auto places = SweepHeights(at, kWideHalf_mm, kWideStep_mm, run.eye.clear());
-    Told(session,
-         fmt::format("looking at the laser from {:.1f} to {:.1f} mm, {} pictures",
-                     places.front().z_mm, places[places.size() / 2].z_mm, places.size()),
-         places.size());
+  for (int sweep = 1; sweep <= kMaxSweeps; ++sweep) {
+    const auto places = SweepHeights(at, kWideHalf_mm, kWideStep_mm, run.reader.clear());
+    ReportPictures(session,
+                   fmt::format("looking at the laser from {:.1f} to {:.1f} mm, {} pictures",
+                               places.front().z_mm, places[places.size() / 2].z_mm, places.size()),
+                   places.size());
     auto stripes = TRY(SweepStripe(run, places, fmt::format("plate-{}", sweep)));
     const StripeSweep solved = SolveSweep(stripes);
     run.record.first_sweep = std::move(stripes);
     if (solved.focus_mm.good()) return solved.focus_mm.quantity().value;
     focus = solved.focus_mm;
-    const auto next_mm = LookFurther(solved, at.z_mm, run.eye.clear());
+    const auto next_mm = LookFurther(solved, at.z_mm, run.reader.clear());
     if (!next_mm) break;
     at.z_mm = *next_mm;
   }
   run.record.seen.stripes = run.record.first_sweep;
-  EndWith(WithClearHeights(focus, run.eye.clear()), run.record.result);
+  EndWith(WithClearHeights(focus, run.reader.clear()), run.record.result);
   return std::nullopt;
 }
 
 Result<void> PrintMark(const Run& run, const machine::PrinterState& before) {
-  const Session& session = run.eye.session();
+  const Session& session = run.reader.session();
   const SetupRequest& request = run.request;
   const std::string gcode = WriteMarkGcode(run.record.mark, request.pattern);
   TRY(files::WriteWholeFile(request.folder / kMarkGcode, gcode, files::IfThere::kRefuse));
   PrintOptions options;
   options.heat_time_limit_s = request.settings.heat_time_limit_s;
   options.print_time_s = MarkTime_s(run.record.mark, request.pattern);
-  session.Say("to be heated to " + settings::DescribeTemperatures(request.pattern));
+  session.Report("to be heated to " + settings::DescribeTemperatures(request.pattern));
   const auto temperatures = settings::TemperaturesOf(request.pattern);
   options.nozzle_temperature_c = temperatures.nozzle_c;
   options.bed_temperature_c = temperatures.bed_c;
@@ -143,7 +145,7 @@ struct FoundMark {
 };
 
 Result<MarkReading> LookAtMark(Run& run, const HeadPlace& place, const std::string& name) {
-  auto picture = TRY(run.eye.Look(place, SetupLight::kRoom, name));
+  auto picture = TRY(run.reader.Look(place, SetupLight::kRoom, name));
   return ReadMark(picture.view(), run.record.mark.shape);
 }
 
@@ -156,12 +158,13 @@ Result<std::optional<FoundMark>> SearchMark(Run& run, const HeadPlace& expected)
   const auto places = SearchPlaces(expected, step(size.width_px), step(size.height_px));
   std::string first_fault;
   for (std::size_t i = 0; i < places.size(); ++i) {
-    if (!CheckPlace(places[i], run.eye.clear(), run.eye.reach())) continue;
+    if (!CheckPlace(places[i], run.reader.clear(), run.reader.reach())) continue;
     const auto seen = TRY(LookAtMark(run, places[i], fmt::format("search-{:02}", i + 1)));
     if (seen.fault.empty()) return FoundMark{places[i], seen};
     if (first_fault.empty()) first_fault = seen.fault;
     if (seen.blind) break;
-    if (i == 0) Told(run.eye.session(), "looking for the mark round about", places.size());
+    if (i == 0)
+      ReportPictures(run.reader.session(), "looking for the mark round about", places.size());
   }
   run.record.seen.mark_fault = fmt::format(
       "the mark was not found where the camera looks, nor round about: {}; take filament of "
@@ -178,7 +181,7 @@ Result<std::optional<FoundMark>> StepAside(Run& run, const FoundMark& from, doub
     HeadPlace place = from.head;
     place.x_mm += side * x * kStep_mm;
     place.y_mm += side * y * kStep_mm;
-    if (!CheckPlace(place, run.eye.clear(), run.eye.reach())) continue;
+    if (!CheckPlace(place, run.reader.clear(), run.reader.reach())) continue;
     const auto seen =
         TRY(LookAtMark(run, place, fmt::format("{}-{}", name, side > 0 ? "up" : "down")));
     if (seen.fault.empty()) return FoundMark{place, seen};
@@ -242,8 +245,8 @@ Result<void> LookFromGrid(Run& run, const FoundMark& middle) {
     return {};
   }
   const auto places = GridPlaces(middle.head, half_mm);
-  Told(run.eye.session(), fmt::format("looking at the mark from {} places", places.size()),
-       places.size());
+  ReportPictures(run.reader.session(),
+                 fmt::format("looking at the mark from {} places", places.size()), places.size());
   std::string fault;
   for (std::size_t i = 0; i < places.size(); ++i) {
     const auto mark = TRY(LookAtMark(run, places[i], fmt::format("mark-{:02}", i + 1)));
@@ -266,7 +269,7 @@ Result<void> LookAtMarks(Run& run) {
   expected.x_mm = run.record.mark.x_mm - settings.camera_offset_x_mm;
   expected.y_mm = run.record.mark.y_mm - settings.camera_offset_y_mm;
   expected.z_mm = run.record.seen.height_mm;
-  Told(run.eye.session(), "looking for the mark", 4);
+  ReportPictures(run.reader.session(), "looking for the mark", 4);
   const auto found = TRY(SearchMark(run, expected));
   if (!found) return {};
   const auto middle = TRY(CentreMark(run, *found));
@@ -276,13 +279,13 @@ Result<void> LookAtMarks(Run& run) {
 
 // Reads the stripe beside the mark, on the plate after heating.
 Result<void> SweepBesideMark(Run& run, HeadPlace at, double focus_mm) {
-  const auto& clear = run.eye.clear();
+  const auto& clear = run.reader.clear();
   const auto rounded = [](double mm) { return std::round(100 * mm) / 100; };
   at.z_mm = rounded(focus_mm);
   const auto places = SweepHeights(at, kFineHalf_mm, kFineStep_mm, clear);
-  Told(run.eye.session(),
-       fmt::format("looking at the laser beside the mark, {} pictures", places.size()),
-       places.size());
+  ReportPictures(run.reader.session(),
+                 fmt::format("looking at the laser beside the mark, {} pictures", places.size()),
+                 places.size());
   auto stripes = TRY(SweepStripe(run, places, "stripe"));
   auto& seen = run.record.seen;
   seen.stripes = std::move(stripes);
@@ -304,26 +307,26 @@ Result<void> TryOffset(Run& run) {
   place.y_mm = record.mark.y_mm - offset.y_mm.quantity().value;
   place.z_mm = record.seen.height_mm;
   place.from_x = place.from_y = 1;
-  Told(run.eye.session(), "bringing the mark to the laser, as a trial", 2);
+  ReportPictures(run.reader.session(), "bringing the mark to the laser, as a trial", 2);
   const auto reading = TRY(LookAtMark(run, place, "lit"));
   CheckSpot(reading, record.result);
-  TRY(run.eye.Look(place, SetupLight::kLaser, "laser"));
-  return run.eye.LightRoom();
+  TRY(run.reader.Look(place, SetupLight::kLaser, "laser"));
+  return run.reader.LightRoom();
 }
 
 Result<void> RunSetup(const Session& session, const SetupRequest& request, PrinterStateGuard& guard,
-                      const Eye& opened, SetupRecord& record) {
+                      const OpenedCamera& opened, SetupRecord& record) {
   const auto state = TRY(session.printer.State(session.Within(kAsk_s)));
   const auto reach = TRY(ReachOf(session));
   record.camera = opened.Describe();
-  SetupEye eye(session, opened, request.pattern, request.settings, request.clear, reach,
-               request.folder);
-  Run run{request, eye, record, {}};
-  auto beside = TRY(PlaceBesideMark(record.mark, request.settings, eye.reach()));
+  SetupReader reader(session, opened, request.pattern, request.settings, request.clear, reach,
+                     request.folder);
+  Run run{request, reader, record, {}};
+  auto beside = TRY(PlaceBesideMark(record.mark, request.settings, reader.reach()));
   guard.ExpectLaser();
   const auto focus_mm = TRY(FindFocus(run, beside));
   if (!focus_mm) return {};
-  TRY(eye.LightRoom());
+  TRY(reader.LightRoom());
   TRY(PrintMark(run, state));
   TRY(SweepBesideMark(run, beside, *focus_mm));
   if (record.seen.mark_fault.empty()) {
@@ -387,8 +390,8 @@ SetupOutcome SetUpCamera(const Session& asked, const SetupRequest& request) {
   run.settings = &request.settings;
   run.identity = request.identity;
   run.check = [&](const Session& taken) { return CheckSetup(taken, request); };
-  run.steps = [&](const Session& taken, PrinterStateGuard& guard, const Eye& eye) {
-    return RunSetup(taken, request, guard, eye, record);
+  run.steps = [&](const Session& taken, PrinterStateGuard& guard, const OpenedCamera& reader) {
+    return RunSetup(taken, request, guard, reader, record);
   };
   static_cast<GuardedOutcome&>(outcome) = RunGuarded(session, run);
   return outcome;

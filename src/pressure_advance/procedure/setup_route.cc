@@ -19,8 +19,8 @@ using pressure_advance::HeadPlace;
 
 constexpr double kMove_s = 120;
 constexpr double kFrame_s = 5;
-constexpr int kFrames = 4;     // halves the sensor's noise
-constexpr int kMostTries = 8;  // for a picture with motion: on a busy computer it is late
+constexpr int kFrames = 4;    // halves the sensor's noise
+constexpr int kMaxTries = 8;  // for a picture with motion: on a busy computer it is late
 
 Result<void> Keep(const machine::CapturedFrame& frame, const std::filesystem::path& stem) {
   const std::string_view bytes(reinterpret_cast<const char*>(frame.image.data()),
@@ -32,38 +32,38 @@ Result<void> Keep(const machine::CapturedFrame& frame, const std::filesystem::pa
 
 }  // namespace
 
-SetupEye::SetupEye(const Session& session, const Eye& eye,
-                   const pressure_advance::PatternConfig& config,
-                   const settings::ScanSettings& settings, const ClearHeights& clear,
-                   const Reach& reach, std::filesystem::path folder)
+SetupReader::SetupReader(const Session& session, const OpenedCamera& reader,
+                         const pressure_advance::PatternConfig& config,
+                         const settings::ScanSettings& settings, const ClearHeights& clear,
+                         const Reach& reach, std::filesystem::path folder)
     : session_(session),
-      recorder_(*eye.recorder),
+      recorder_(*reader.recorder),
       config_(config),
       settings_(settings),
       clear_(clear),
       reach_(reach),
       folder_(std::move(folder)) {}
 
-Result<void> SetupEye::Run(const std::string& gcode) {
+Result<void> SetupReader::Run(const std::string& gcode) {
   if (gcode.empty()) return {};
   TRY(RunNoted(session_, gcode, kMove_s));
   return session_.printer.FinishMoves(session_.Within(kMove_s));
 }
 
 // Repeated for each picture: the printer's own limit switches a forgotten laser off.
-Result<void> SetupEye::Switch(SetupLight light) {
+Result<void> SetupReader::Switch(SetupLight light) {
   if (light == SetupLight::kRoom) return LightRoom();
   TRY(Run(settings_.lights_off_gcode));
   return Run(settings_.laser_on_gcode);
 }
 
-Result<void> SetupEye::LightRoom() {
+Result<void> SetupReader::LightRoom() {
   TRY(Run(settings_.laser_off_gcode));
   return Run(settings_.lights_on_gcode);
 }
 
 // Returns the mean of stable frames; absent if there is motion between the first and the last.
-Result<std::optional<Frame>> SetupEye::MeanPicture(const std::string& name) {
+Result<std::optional<Frame>> SetupReader::MeanPicture(const std::string& name) {
   vision::StillPicture picture;
   while (true) {
     const auto captured = TRY(recorder_.NextFrame(kFrame_s, session_.stop));
@@ -79,7 +79,7 @@ Result<std::optional<Frame>> SetupEye::MeanPicture(const std::string& name) {
   }
 }
 
-Result<Frame> SetupEye::Look(const HeadPlace& place, SetupLight light, const std::string& name) {
+Result<Frame> SetupReader::Look(const HeadPlace& place, SetupLight light, const std::string& name) {
   TRY(CheckPlace(place, clear_, reach_));
   TRY(CheckStillFree(session_));
   TRY(KeepAlive(session_));
@@ -89,7 +89,7 @@ Result<Frame> SetupEye::Look(const HeadPlace& place, SetupLight light, const std
     return Fail("stopped while the camera was set up", ErrorKind::kInterrupted);
   }
   TRY(CheckStillHomed(session_));
-  for (int i = 0; i < kMostTries; ++i) {
+  for (int i = 0; i < kMaxTries; ++i) {
     auto picture = TRY(MeanPicture(name));
     if (picture) return std::move(*picture);
   }
@@ -106,7 +106,7 @@ using pressure_advance::MarkPlan;
 using pressure_advance::MarkReading;
 using settings::ScanSettings;
 
-constexpr double kLeastSweep_mm = 5;  // over which the stripe's width bends enough to be told
+constexpr double kMinSweep_mm = 5;  // over which the stripe's width bends enough to be told
 constexpr double kGreatestGrid_mm = 4.5;
 constexpr int kGridSide = 4;
 // Distance from the mark to the stripe on bare plate, along y: half a picture, half a mark, and the
@@ -150,11 +150,11 @@ Result<void> CheckClearHeights(const ClearHeights& clear, const ScanSettings& se
                     clear.low_mm, clear.high_mm, focus_mm));
   }
   const double swept_mm = clear.high_mm - clear.low_mm - 2 * kApproach_mm;
-  if (swept_mm < kLeastSweep_mm) {
+  if (swept_mm < kMinSweep_mm) {
     return Fail(fmt::format(
         "--clear-z {:.4g},{:.4g}: leaves {:.2f} mm to look for the focus in, "
         "{:.0f} mm are needed, and {:.2g} mm more at either end",
-        clear.low_mm, clear.high_mm, std::max(0.0, swept_mm), kLeastSweep_mm, kApproach_mm));
+        clear.low_mm, clear.high_mm, std::max(0.0, swept_mm), kMinSweep_mm, kApproach_mm));
   }
   return {};
 }

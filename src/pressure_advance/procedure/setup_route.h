@@ -37,12 +37,12 @@ enum class SetupLight {
 
 /// Moves only within CheckPlace. Does not restore laser and lights: the caller's PrinterStateGuard
 /// does.
-class SetupEye {
+class SetupReader {
  public:
   /// Views are not owned and must outlive it. REQUIRES an eye with a camera.
-  SetupEye(const Session& session, const Eye& eye, const pressure_advance::PatternConfig& config,
-           const settings::ScanSettings& settings, const ClearHeights& clear, const Reach& reach,
-           std::filesystem::path folder);
+  SetupReader(const Session& session, const OpenedCamera& reader,
+              const pressure_advance::PatternConfig& config, const settings::ScanSettings& settings,
+              const ClearHeights& clear, const Reach& reach, std::filesystem::path folder);
 
   /// Moves to the position, switches the light, waits, and returns the mean of some stable frames.
   /// Stores the last of them in the folder as NAME.jpg (or .png). Errors: those of printer, camera

@@ -46,16 +46,16 @@ class StillCamera final : public machine::FrameSource {
   int shift_ = 3;
 };
 
-class SetupEyeTest : public ::testing::Test {
+class SetupReaderTest : public ::testing::Test {
  protected:
-  SetupEyeTest() {
+  SetupReaderTest() {
     settings_.settle_s = 0.01;
     settings_.lights_off_gcode = "LIGHTS_OFF";
     settings_.lights_on_gcode = "LIGHTS_ON";
     opened_.camera = std::make_unique<StillCamera>();
     opened_.recorder = std::make_unique<FrameRecorder>(*opened_.camera, 5);
   }
-  [[nodiscard]] SetupEye Make() {
+  [[nodiscard]] SetupReader Make() {
     return {session_,
             opened_,
             config_,
@@ -67,15 +67,15 @@ class SetupEyeTest : public ::testing::Test {
   testing::FakePrinter printer_;
   std::stop_source stop_;
   Session session_{printer_, stop_.get_token(), {}};
-  Eye opened_;
+  OpenedCamera opened_;
   pressure_advance::PatternConfig config_;
   settings::ScanSettings settings_;
   test::TemporaryFolder folder_;
 };
 
-TEST_F(SetupEyeTest, GoesThereSwitchesTheLightAndKeepsThePicture) {
-  SetupEye eye = Make();
-  const auto picture = eye.Look({100, 80, 17}, SetupLight::kLaser, "stripe-01");
+TEST_F(SetupReaderTest, GoesThereSwitchesTheLightAndKeepsThePicture) {
+  SetupReader reader = Make();
+  const auto picture = reader.Look({100, 80, 17}, SetupLight::kLaser, "stripe-01");
   ASSERT_TRUE(picture) << picture.error().message;
   EXPECT_EQ(picture->width, 48);
   EXPECT_TRUE(std::filesystem::exists(folder_.path() / "stripe-01.jpg"));
@@ -83,9 +83,9 @@ TEST_F(SetupEyeTest, GoesThereSwitchesTheLightAndKeepsThePicture) {
                                             "M400", "LIGHTS_OFF", "M400", "_LASER_ON", "M400"));
 }
 
-TEST_F(SetupEyeTest, TheLaserGoesOffBeforeTheLightsGoOn) {
-  SetupEye eye = Make();
-  ASSERT_TRUE(eye.Look({100, 80, 17}, SetupLight::kRoom, "mark-01"));
+TEST_F(SetupReaderTest, TheLaserGoesOffBeforeTheLightsGoOn) {
+  SetupReader reader = Make();
+  ASSERT_TRUE(reader.Look({100, 80, 17}, SetupLight::kRoom, "mark-01"));
   const auto off = std::ranges::find(printer_.scripts, "LASER_OFF");
   const auto on = std::ranges::find(printer_.scripts, "LIGHTS_ON");
   EXPECT_LT(off, on);
@@ -93,43 +93,43 @@ TEST_F(SetupEyeTest, TheLaserGoesOffBeforeTheLightsGoOn) {
   EXPECT_THAT(printer_.scripts, Not(Contains("_LASER_ON")));
 }
 
-TEST_F(SetupEyeTest, NothingMovesOutsideOfWhatIsClear) {
-  SetupEye eye = Make();
-  const auto picture = eye.Look({100, 80, 26}, SetupLight::kLaser, "stripe-01");
+TEST_F(SetupReaderTest, NothingMovesOutsideOfWhatIsClear) {
+  SetupReader reader = Make();
+  const auto picture = reader.Look({100, 80, 26}, SetupLight::kLaser, "stripe-01");
   ASSERT_FALSE(picture);
   EXPECT_EQ(picture.error().kind, ErrorKind::kSafety);
   EXPECT_TRUE(printer_.scripts.empty());
 }
 
-TEST_F(SetupEyeTest, NothingMovesWhileAnothersJobIsUnderWay) {
-  SetupEye eye = Make();
+TEST_F(SetupReaderTest, NothingMovesWhileAnothersJobIsUnderWay) {
+  SetupReader reader = Make();
   printer_.state.print_state = "printing";
   printer_.state.print_file = "vase.gcode";
-  const auto picture = eye.Look({100, 80, 17}, SetupLight::kLaser, "stripe-01");
+  const auto picture = reader.Look({100, 80, 17}, SetupLight::kLaser, "stripe-01");
   ASSERT_FALSE(picture);
   EXPECT_EQ(picture.error().kind, ErrorKind::kMachine);
   EXPECT_THAT(picture.error().message, HasSubstr("vase.gcode"));
   EXPECT_TRUE(printer_.scripts.empty());
 }
 
-TEST_F(SetupEyeTest, APictureThatGoesOnMovingIsNoneAndNamed) {
+TEST_F(SetupReaderTest, APictureThatGoesOnMovingIsNoneAndNamed) {
   opened_.recorder.reset();
   auto camera = std::make_unique<StillCamera>();
   camera->step = 5;
   opened_.camera = std::move(camera);
   opened_.recorder = std::make_unique<FrameRecorder>(*opened_.camera, 5);
-  SetupEye eye = Make();
-  const auto picture = eye.Look({100, 80, 17}, SetupLight::kLaser, "stripe-01");
+  SetupReader reader = Make();
+  const auto picture = reader.Look({100, 80, 17}, SetupLight::kLaser, "stripe-01");
   ASSERT_FALSE(picture);
   EXPECT_THAT(picture.error().message, HasSubstr("still moves"));
   EXPECT_FALSE(std::filesystem::exists(folder_.path() / "stripe-01.jpg"));
 }
 
-TEST_F(SetupEyeTest, AStopEndsItWhileThePictureIsWaitedFor) {
+TEST_F(SetupReaderTest, AStopEndsItWhileThePictureIsWaitedFor) {
   settings_.settle_s = 60;
-  SetupEye eye = Make();
+  SetupReader reader = Make();
   stop_.request_stop();
-  const auto picture = eye.Look({100, 80, 17}, SetupLight::kLaser, "stripe-01");
+  const auto picture = reader.Look({100, 80, 17}, SetupLight::kLaser, "stripe-01");
   ASSERT_FALSE(picture);
   EXPECT_EQ(picture.error().kind, ErrorKind::kInterrupted);
 }

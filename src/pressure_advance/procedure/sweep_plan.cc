@@ -100,14 +100,14 @@ Result<void> CheckFrames(const PatternPlan& plan, const ScanSettings& settings) 
     seen_mm += std::max(0.0, std::min(stretch.hi, plan.line_length_mm - settings.skip_mm) -
                                  std::max(stretch.lo, settings.skip_mm));
   }
-  const double most_mm_s = seen_mm / kFewest * settings.frames_per_s;
-  if (settings.scan_speed_mm_s <= most_mm_s) return {};
+  const double max_mm_s = seen_mm / kFewest * settings.frames_per_s;
+  if (settings.scan_speed_mm_s <= max_mm_s) return {};
   return Fail(
       fmt::format("[scan] speed = {:.4g} mm/s is too fast for [camera] fps = {:.4g}: of the "
                   "{:.2f} mm that a line is compared with, a frame every {:.2f} mm shows too "
                   "little; at most {:.3g} mm/s",
                   settings.scan_speed_mm_s, settings.frames_per_s, seen_mm,
-                  settings.scan_speed_mm_s / settings.frames_per_s, most_mm_s));
+                  settings.scan_speed_mm_s / settings.frames_per_s, max_mm_s));
 }
 
 constexpr const char* kOutOfReach =

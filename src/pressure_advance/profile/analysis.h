@@ -26,15 +26,15 @@ struct TransitionResult {
   Measured pressure_advance;  ///< s
   double window_begin = 0;    ///< positions along the line, in the profiles' PositionUnit
   double window_end = 0;
-  std::vector<double> excess_s;  ///< per line: surplus filament / speed change, signed so that
-                                 ///< it falls through 0 where the pressure advance is right
-  std::vector<double> sigma_s;   ///< 1 sigma of each; 0: this line was not used
-  std::vector<double> fitted_s;  ///< the fitted response at each line's pressure advance
+  std::vector<double> surplus_s;  ///< per line: surplus filament / speed change, signed so that
+                                  ///< it falls through 0 where the pressure advance is right
+  std::vector<double> sigma_s;    ///< 1 sigma of each; 0: this line was not used
+  std::vector<double> fitted_s;   ///< the fitted response at each line's pressure advance
 };
 
 /// Storage model of the extruder's lag estimated from the shapes of whole lines, and its weight
 /// against the changes of speed.
-struct LearntLaw {
+struct WeighedStorage {
   Quantity pressure_advance_s;  ///< by the storage model alone; includes the error of other models
   Quantity crossings_s;         ///< by the speed changes, as weighted with the model
   double correction_s = 0;      ///< correction of that for its error on lines of the model
@@ -57,7 +57,7 @@ struct RangedAnswer {
 };
 
 struct ResponseResult : RangedAnswer {
-  std::optional<LearntLaw> law;  ///< short lines at known scale
+  std::optional<WeighedStorage> law;  ///< short lines at known scale
   TransitionResult acceleration;
   TransitionResult deceleration;
 };

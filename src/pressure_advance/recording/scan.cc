@@ -24,11 +24,11 @@ class Checker {
   void Number(const std::string& key, double value, const Bounds& bounds) {
     if (!std::isfinite(value) || value > bounds.hi || value < bounds.lo ||
         (bounds.above_lo && value == bounds.lo)) {
-      Say(fmt::format("{} is {}; it must be {}{} … {}", key, value, bounds.above_lo ? "above " : "",
-                      bounds.lo, bounds.hi));
+      AddFault(fmt::format("{} is {}; it must be {}{} … {}", key, value,
+                           bounds.above_lo ? "above " : "", bounds.lo, bounds.hi));
     }
   }
-  void Say(std::string fault) {
+  void AddFault(std::string fault) {
     if (fault_.empty()) {
       fault_ = std::move(fault);
     }
@@ -54,13 +54,14 @@ void CheckCrop(const std::string& key, const std::optional<PixelRect>& crop, Che
 
 void CheckMotion(const LineMotion& motion, Checker& check) {
   if (!motion.length_mm || !motion.acceleration_mm_s2) {
-    check.Say("line_length_mm and acceleration_mm_s2 must be known in a scan");
+    check.AddFault("line_length_mm and acceleration_mm_s2 must be known in a scan");
     return;
   }
   check.Number("line_length_mm", *motion.length_mm, {0, 2000, true});
   check.Number("acceleration_mm_s2", *motion.acceleration_mm_s2, {0, 1e6, true});
   if (motion.segments.empty() || motion.segments.size() > 100) {
-    check.Say(fmt::format("segments has {} entries; it must have 1 … 100", motion.segments.size()));
+    check.AddFault(
+        fmt::format("segments has {} entries; it must have 1 … 100", motion.segments.size()));
   }
   double sum = 0;
   for (std::size_t i = 0; i < motion.segments.size(); ++i) {
@@ -71,7 +72,7 @@ void CheckMotion(const LineMotion& motion, Checker& check) {
   }
   // 1e-3: three fractions written as 0.333 are meant to sum to 1.
   if (!(std::abs(sum - 1) <= 1e-3 + 1e-12)) {
-    check.Say(fmt::format("the fractions of segments sum to {}; they must sum to 1", sum));
+    check.AddFault(fmt::format("the fractions of segments sum to {}; they must sum to 1", sum));
   }
 }
 
@@ -80,7 +81,7 @@ void CheckPositions(const ScanLine& line, const std::string& at, Checker& check)
   if (positions.empty()) return;
   const auto& times = line.frame_times_s;
   if (!times.empty() && times.size() != positions.size()) {
-    check.Say(
+    check.AddFault(
         fmt::format("{}frame_positions_mm has {} entries, frame_times_s {}; each has one per "
                     "frame",
                     at, positions.size(), times.size()));
@@ -95,13 +96,13 @@ void CheckPositions(const ScanLine& line, const std::string& at, Checker& check)
     const double before = numbers[numbers.size() - 2];
     const bool rises = numbers[1] > numbers[0];
     if (!(rises ? numbers.back() > before : numbers.back() < before)) {
-      check.Say(fmt::format("{} is {} after {}; the positions must all rise or all fall", key,
-                            numbers.back(), before));
+      check.AddFault(fmt::format("{} is {} after {}; the positions must all rise or all fall", key,
+                                 numbers.back(), before));
     }
   }
   if (numbers.size() < 2) {
-    check.Say(fmt::format("{}frame_positions_mm has {} number(s); it must have at least 2", at,
-                          numbers.size()));
+    check.AddFault(fmt::format("{}frame_positions_mm has {} number(s); it must have at least 2", at,
+                               numbers.size()));
   }
 }
 
@@ -110,20 +111,20 @@ void CheckLine(const ScanLine& line, std::size_t index, Checker& check) {
   check.Number(at + "pattern", line.pattern, {0, 9999});
   check.Number(at + "pressure_advance_s", line.pressure_advance_s, {0, 10});
   if (line.video.empty()) {
-    check.Say(at + "video is empty; it must name a file in the recording's folder");
+    check.AddFault(at + "video is empty; it must name a file in the recording's folder");
   }
   const auto print = line.print_direction.value_or(AxisDirection::kPlusX);
   const auto sweep = line.sweep_direction.value_or(print);
   if (AlongX(print) != AlongX(sweep)) {
-    check.Say(at +
-              "sweep_direction is across print_direction; it must be the same or the opposite");
+    check.AddFault(
+        at + "sweep_direction is across print_direction; it must be the same or the opposite");
   }
   const auto& times = line.frame_times_s;
   for (std::size_t i = 0; i < times.size(); ++i) {
     check.Number(fmt::format("{}frame_times_s[{}]", at, i), times[i], {-1e12, 1e12});
     if (i > 0 && !(times[i] > times[i - 1])) {
-      check.Say(fmt::format("{}frame_times_s[{}] is {} after {}; the times must increase", at, i,
-                            times[i], times[i - 1]));
+      check.AddFault(fmt::format("{}frame_times_s[{}] is {} after {}; the times must increase", at,
+                                 i, times[i], times[i - 1]));
     }
   }
   CheckPositions(line, at, check);
@@ -148,7 +149,7 @@ std::optional<HeightScale> HeightScaleOf(const Scan& scan) {
 Result<void> Validate(const Scan& scan) {
   Checker check;
   if (scan.lines.empty() || scan.lines.size() > 1000) {
-    check.Say(fmt::format("lines has {} entries; it must have 1 … 1000", scan.lines.size()));
+    check.AddFault(fmt::format("lines has {} entries; it must have 1 … 1000", scan.lines.size()));
   }
   check.Number("frames_per_s", scan.frames_per_s, {1, 1000});
   check.Number("scan_speed_mm_s", scan.scan_speed_mm_s, {0, 1000, true});

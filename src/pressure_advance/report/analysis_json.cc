@@ -41,13 +41,13 @@ void AddMeasured(const Measured& measured, Json& object) {
 Json Transition(const pa::TransitionResult& transition, std::size_t lines) {
   Json object = Json::object();
   AddMeasured(transition.pressure_advance, object);
-  Json excess = Json::array();
+  Json surplus = Json::array();
   for (std::size_t i = 0; i < lines; ++i) {
-    const bool used = i < transition.excess_s.size() && i < transition.sigma_s.size() &&
+    const bool used = i < transition.surplus_s.size() && i < transition.sigma_s.size() &&
                       transition.sigma_s[i] > 0;
-    excess.push_back(used ? Number(transition.excess_s[i]) : Json(nullptr));
+    surplus.push_back(used ? Number(transition.surplus_s[i]) : Json(nullptr));
   }
-  object["excess_s"] = std::move(excess);
+  object["excess_s"] = std::move(surplus);
   return object;
 }
 
@@ -58,9 +58,9 @@ Json ValueOf(const Quantity& quantity) {
 }
 
 /// Returns the result of whole lines, and its weight beside the changes of speed.
-Json Law(const pa::ResponseResult& response) {
+Json StorageJson(const pa::ResponseResult& response) {
   if (!response.law || !response.pressure_advance.good()) return nullptr;
-  const pa::LearntLaw& law = *response.law;
+  const pa::WeighedStorage& law = *response.law;
   Json object = Json::object();
   AddSeconds(law.pressure_advance_s, object);
   object["weight"] = Number(law.weight);
@@ -170,7 +170,7 @@ Json JsonOf(const pa::Analysis& analysis, const std::optional<std::string>& repo
                                                : Json(nullptr);
   root["acceleration"] = Transition(analysis.response.acceleration, analysis.lines.size());
   root["deceleration"] = Transition(analysis.response.deceleration, analysis.lines.size());
-  root["law"] = Law(analysis.response);
+  root["law"] = StorageJson(analysis.response);
   root["scale"] = Scale(analysis.scale);
   root["lines"] = Lines(analysis);
   root["deviation"] = Deviation(analysis.deviation);
@@ -231,9 +231,9 @@ Json Marks(const pa::SetupObservations& seen) {
 }  // namespace
 
 std::vector<SetupValue> SetupValues(const pa::SetupResult& result) {
-  const IntervalStyle mm{.unit = "mm", .least_decimals = 3};
-  const IntervalStyle degrees{.unit = "degrees", .scale = 1 / kDegree, .least_decimals = 2};
-  const IntervalStyle scale{.unit = "px/mm", .least_decimals = 2};
+  const IntervalStyle mm{.unit = "mm", .min_decimals = 3};
+  const IntervalStyle degrees{.unit = "degrees", .scale = 1 / kDegree, .min_decimals = 2};
+  const IntervalStyle scale{.unit = "px/mm", .min_decimals = 2};
   const double in_degrees = 1 / kDegree;
   return {
       {"offset x", "offset_x_mm", &result.offset.x_mm, mm, 1},
@@ -245,9 +245,9 @@ std::vector<SetupValue> SetupValues(const pa::SetupResult& result) {
       {"camera turned", "rotation_deg", &result.scale.rotation_rad, degrees, in_degrees},
       {"laser turned", "laser_turn_deg", &result.laser_turn_rad, degrees, in_degrees},
       {"laser angle", "laser_sheet_deg", &result.height.laser_angle_rad, degrees, in_degrees},
-      {"play x", "play_x_mm", &result.scale.play_x_mm, mm, 1},
-      {"play y", "play_y_mm", &result.scale.play_y_mm, mm, 1},
-      {"play z", "play_z_mm", &result.height.play_z_mm, mm, 1},
+      {"play x", "play_x_mm", &result.scale.backlash_x_mm, mm, 1},
+      {"play y", "play_y_mm", &result.scale.backlash_y_mm, mm, 1},
+      {"play z", "play_z_mm", &result.height.backlash_z_mm, mm, 1},
   };
 }
 

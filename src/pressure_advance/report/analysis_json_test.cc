@@ -63,7 +63,8 @@ TEST(AnalysisJson, UnusedLinesAndMissingScoresAreNull) {
   auto analysis = Good();
   analysis.deviation.score_px[1].reset();
   analysis.deviation.r_squared.reset();
-  analysis.response.acceleration.excess_s.resize(5);  // shorter than the lines: the rest is unknown
+  analysis.response.acceleration.surplus_s.resize(
+      5);  // shorter than the lines: the rest is unknown
   const json root = JsonOf(analysis);
   EXPECT_TRUE(root["acceleration"]["excess_s"][2].is_null());
   EXPECT_TRUE(root["acceleration"]["excess_s"][3].is_number());

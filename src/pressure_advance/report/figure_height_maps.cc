@@ -14,7 +14,7 @@ namespace {
 
 namespace pa = pressure_advance;
 
-constexpr std::size_t kMostMaps = 24;
+constexpr std::size_t kMaxMaps = 24;
 constexpr double kBarRoomPx = 78;
 constexpr double kAxisPx = 44;
 
@@ -61,7 +61,7 @@ HeightUnit HeightUnitOf(const AnalysisRun& input) {
 
 // How well heights and areas are known in mm, as a sentence with a blank before it; empty where
 // they are in pixels.
-std::string ScaleWords(const pa::Analysis& analysis) {
+std::string ScaleText(const pa::Analysis& analysis) {
   const auto& scale = analysis.scale;
   if (!scale) return "";
   if (!scale->height_share || !scale->area_share) {
@@ -179,7 +179,7 @@ std::optional<Figure> HeightMapsFigure(const AnalysisRun& input) {
     return std::nullopt;
   }
   const pa::Analysis& analysis = input.analysis;
-  const auto lines = WithMap(LinesByPressureAdvance(analysis, kMostMaps), *maps);
+  const auto lines = WithMap(LinesByPressureAdvance(analysis, kMaxMaps), *maps);
   if (lines.empty()) {
     return std::nullopt;
   }
@@ -189,7 +189,7 @@ std::optional<Figure> HeightMapsFigure(const AnalysisRun& input) {
                 "ridge. A ridge that thins or breaks after the speed-up and swells at the "
                 "slow-down was printed with too little pressure advance; the other way round, with "
                 "too much. Grey: no laser line found." +
-                    ScaleWords(analysis),
+                    ScaleText(analysis),
                 DrawMaps(analysis, *maps, lines, unit, kFigureWidthPx),
                 2,
                 "Height maps of " + Titles(analysis, lines) + ".",

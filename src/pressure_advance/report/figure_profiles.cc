@@ -12,7 +12,7 @@ namespace {
 
 namespace pa = pressure_advance;
 
-constexpr std::size_t kMostLanes = 30;
+constexpr std::size_t kMaxLanes = 30;
 constexpr double kLabelPx = 76;
 
 struct Sample {
@@ -120,7 +120,7 @@ void DrawLane(Canvas& canvas, const RectPx& outer, const Range& x, double half_s
 
 std::vector<Lane> Lanes(const pa::Analysis& analysis, bool area) {
   std::vector<Lane> lanes;
-  for (const std::size_t i : LinesByPressureAdvance(analysis, kMostLanes)) {
+  for (const std::size_t i : LinesByPressureAdvance(analysis, kMaxLanes)) {
     if (i < analysis.profiles.size() && !analysis.profiles[i].samples.empty()) {
       lanes.push_back(MakeLane(analysis.profiles[i], analysis.lines[i], area));
     }

@@ -18,7 +18,7 @@ constexpr double kHeightPx = 400;
 
 struct Reading {
   double pressure_advance_s = 0;
-  double excess_ms = 0;
+  double surplus_ms = 0;
   double sigma_ms = 0;  ///< 0: not used
   double fitted_ms = 0;
 };
@@ -26,14 +26,15 @@ struct Reading {
 /// Lists readings by rising pressure advance; omits a line that was never measured (all zero).
 std::vector<Reading> Readings(const pa::Analysis& analysis, const pa::TransitionResult& result) {
   std::vector<Reading> readings;
-  const std::size_t count = std::min({analysis.lines.size(), result.excess_s.size(),
+  const std::size_t count = std::min({analysis.lines.size(), result.surplus_s.size(),
                                       result.sigma_s.size(), result.fitted_s.size()});
   for (std::size_t i = 0; i < count; ++i) {
-    const Reading reading{analysis.lines[i].pressure_advance_s, result.excess_s[i] * kMsPerS,
+    const Reading reading{analysis.lines[i].pressure_advance_s, result.surplus_s[i] * kMsPerS,
                           result.sigma_s[i] * kMsPerS, result.fitted_s[i] * kMsPerS};
-    const bool measured = reading.excess_ms != 0 || reading.sigma_ms > 0 || reading.fitted_ms != 0;
-    if (measured && std::isfinite(reading.pressure_advance_s) && std::isfinite(reading.excess_ms) &&
-        std::isfinite(reading.sigma_ms) && std::isfinite(reading.fitted_ms)) {
+    const bool measured = reading.surplus_ms != 0 || reading.sigma_ms > 0 || reading.fitted_ms != 0;
+    if (measured && std::isfinite(reading.pressure_advance_s) &&
+        std::isfinite(reading.surplus_ms) && std::isfinite(reading.sigma_ms) &&
+        std::isfinite(reading.fitted_ms)) {
       readings.push_back(reading);
     }
   }
@@ -44,12 +45,12 @@ std::vector<Reading> Readings(const pa::Analysis& analysis, const pa::Transition
 }
 
 /// Computes the range of the used, the fit and zero; unused may be outside.
-Range ExcessRange(const std::vector<Reading>& readings) {
+Range SurplusRange(const std::vector<Reading>& readings) {
   std::vector<double> values = {0};
   for (const Reading& reading : readings) {
     if (reading.sigma_ms > 0) {
-      values.push_back(reading.excess_ms - kNormal95 * reading.sigma_ms);
-      values.push_back(reading.excess_ms + kNormal95 * reading.sigma_ms);
+      values.push_back(reading.surplus_ms - kNormal95 * reading.sigma_ms);
+      values.push_back(reading.surplus_ms + kNormal95 * reading.sigma_ms);
       values.push_back(reading.fitted_ms);
     }
   }
@@ -67,9 +68,9 @@ struct Panel {
 
 void DrawReading(Plot& plot, const Range& y, const Reading& reading, const Color& color) {
   constexpr double kRadiusPx = 4;
-  const DataPoint at{reading.pressure_advance_s, std::clamp(reading.excess_ms, y.lo, y.hi)};
+  const DataPoint at{reading.pressure_advance_s, std::clamp(reading.surplus_ms, y.lo, y.hi)};
   if (reading.sigma_ms > 0) {
-    plot.ErrorBar({at.x, reading.excess_ms}, kNormal95 * reading.sigma_ms,
+    plot.ErrorBar({at.x, reading.surplus_ms}, kNormal95 * reading.sigma_ms,
                   {.color = color, .width_px = 1});
     plot.Dot(at, kRadiusPx, color);
   } else {
@@ -177,9 +178,10 @@ std::string Seen(const Content& content) {
   for (const Panel& panel : content.panels) {
     const Measured& own = panel.result->pressure_advance;
     if (panel.readings.empty()) continue;
-    text += fmt::format(" {}: from {:+.0f} ms at {:.4f} s to {:+.0f} ms at {:.4f} s", panel.title,
-                        panel.readings.front().excess_ms, panel.readings.front().pressure_advance_s,
-                        panel.readings.back().excess_ms, panel.readings.back().pressure_advance_s);
+    text +=
+        fmt::format(" {}: from {:+.0f} ms at {:.4f} s to {:+.0f} ms at {:.4f} s", panel.title,
+                    panel.readings.front().surplus_ms, panel.readings.front().pressure_advance_s,
+                    panel.readings.back().surplus_ms, panel.readings.back().pressure_advance_s);
     if (content.answer->good() && own.good()) {
       text += "; the fit crosses zero at " + WithInterval(own.quantity(), kSeconds);
     }
@@ -209,7 +211,8 @@ std::optional<Figure> ResponseFigure(const AnalysisRun& input) {
   if (tested.empty()) return std::nullopt;
   content.x = Padded(RangeOf(tested), 0.05);
   content.y = Padded(
-      Join(ExcessRange(content.panels[0].readings), ExcessRange(content.panels[1].readings)), 0.14);
+      Join(SurplusRange(content.panels[0].readings), SurplusRange(content.panels[1].readings)),
+      0.14);
   Figure figure{
       "response",
       "Each dot is one printed line: the time by which its pressure advance was too low (above 0) "

@@ -60,17 +60,17 @@ pa::TransitionResult MakeTransition(const MadeUp& made_up, double zero_s, const 
   for (std::size_t i = 0; i < made_up.lines; ++i) {
     const bool used = made_up.lines <= 4 || i != 2;
     transition.fitted_s.push_back(zero_s - PressureAdvanceOf(made_up, i));
-    transition.excess_s.push_back(transition.fitted_s.back() + (used ? 0.001 : 0.012));
+    transition.surplus_s.push_back(transition.fitted_s.back() + (used ? 0.001 : 0.012));
     transition.sigma_s.push_back(used ? 0.0012 : 0.0);
   }
   return transition;
 }
 
-pa::LearntLaw MakeLaw(const MadeUp& made_up) {
+pa::WeighedStorage MakeLaw(const MadeUp& made_up) {
   const auto around = [](double value, double u) -> Quantity {
     return {value, u, {value - 2 * u, value + 2 * u}};
   };
-  pa::LearntLaw law;
+  pa::WeighedStorage law;
   law.pressure_advance_s = around(kTruth_s - 0.0003, 0.0009);
   law.crossings_s = around(kTruth_s + 0.0009, 0.0012);
   law.correction_s = 0.0004;

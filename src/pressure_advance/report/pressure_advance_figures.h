@@ -10,7 +10,7 @@
 #include "document/figure.h"
 #include "document/plot.h"
 #include "pressure_advance/laser/plate.h"
-#include "pressure_advance/photo/photo_eye.h"
+#include "pressure_advance/photo/photo_reader.h"
 #include "pressure_advance/profile/analysis.h"
 #include "pressure_advance/profile/line_profile.h"
 

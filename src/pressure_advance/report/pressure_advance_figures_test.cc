@@ -80,7 +80,7 @@ TEST(PressureAdvanceFigures, SurviveFewAndManyLinesGapsConstantsAndNumbersThatAr
     for (std::size_t i = 0; i < analysis.lines.size(); ++i) {
       analysis.lines[i].pressure_advance_s = 0.02;
       analysis.deviation.score_px[i] = 0;
-      analysis.response.acceleration.excess_s[i] = 0.001;
+      analysis.response.acceleration.surplus_s[i] = 0.001;
       analysis.response.acceleration.fitted_s[i] = 0.001;
       for (pa::ProfileSample& sample : analysis.profiles[i].samples) sample.area = {0.1, 0.001};
       for (float& height : scan.heights[i].height_px) height = 3;
@@ -88,7 +88,7 @@ TEST(PressureAdvanceFigures, SurviveFewAndManyLinesGapsConstantsAndNumbersThatAr
   };
   const Spoil not_finite = [](pa::Analysis& analysis, pa::LaserScanView& scan) {
     analysis.lines[1].pressure_advance_s = kNan;
-    analysis.response.acceleration.excess_s[3] = kNan;
+    analysis.response.acceleration.surplus_s[3] = kNan;
     analysis.response.deceleration.sigma_s[4] = std::numeric_limits<double>::infinity();
     analysis.response.acceleration.window_begin = kNan;
     analysis.deviation.score_px[5] = analysis.deviation.cubic[1] = kNan;

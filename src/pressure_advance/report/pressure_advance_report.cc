@@ -25,7 +25,7 @@ AnswerRow RowOf(std::string name, const Quantity& quantity, const IntervalStyle&
 }
 
 AnswerRow PartRow(std::string name, const Measured& part, bool answer_good) {
-  if (!part.good()) return {std::move(name), VerdictWords(part.verdict()), "", part.reason()};
+  if (!part.good()) return {std::move(name), VerdictText(part.verdict()), "", part.reason()};
   // A sound part is no answer if the whole is not.
   if (!answer_good) {
     return {std::move(name), "not shown", "", "readable alone, but the whole is not to be trusted"};
@@ -34,14 +34,15 @@ AnswerRow PartRow(std::string name, const Measured& part, bool answer_good) {
 }
 
 /// Returns the storage model weighted into the answer; null if there is none.
-const pa::LearntLaw* LawOf(const pa::Analysis& analysis) {
+const pa::WeighedStorage* LawOf(const pa::Analysis& analysis) {
   const pa::ResponseResult& response = analysis.response;
   const bool counts =
       analysis.pressure_advance.good() && response.pressure_advance.good() && response.law;
   return counts ? &*response.law : nullptr;
 }
 
-void AddLaw(const pa::LearntLaw& law, const pa::LineMotion& motion, std::vector<AnswerRow>& rows) {
+void AddStorage(const pa::WeighedStorage& law, const pa::LineMotion& motion,
+                std::vector<AnswerRow>& rows) {
   const auto& segments = motion.segments;
   if (segments.size() == 3) {
     const auto at = [](const char* what, const pa::Segment& segment) {
@@ -73,7 +74,7 @@ void AddScore(const pa::DeviationResult& deviation, std::vector<AnswerRow>& rows
 std::vector<AnswerRow> AnswerRows(const pa::Analysis& analysis) {
   std::vector<AnswerRow> rows;
   const bool good = analysis.pressure_advance.good();
-  const pa::LearntLaw* const law = LawOf(analysis);
+  const pa::WeighedStorage* const law = LawOf(analysis);
   if (law != nullptr) {
     const char* const of = analysis.repeats ? " in the fit of all patterns' lines" : "";
     rows.push_back(RowOf("shape of the lines", law->pressure_advance_s, kSeconds,
@@ -84,7 +85,7 @@ std::vector<AnswerRow> AnswerRows(const pa::Analysis& analysis) {
   }
   rows.push_back(PartRow("speeding up", analysis.response.acceleration.pressure_advance, good));
   rows.push_back(PartRow("slowing down", analysis.response.deceleration.pressure_advance, good));
-  if (law != nullptr) AddLaw(*law, analysis.motion, rows);
+  if (law != nullptr) AddStorage(*law, analysis.motion, rows);
   if (good) AddScore(analysis.deviation, rows);
   if (!analysis.repeats) return rows;
   const pa::Repeats& repeats = *analysis.repeats;
@@ -180,13 +181,13 @@ std::string Parts(const pa::Analysis& analysis) {
   return Card("What the answer is made of", table.Html());
 }
 
-std::string ExcessCell(const pa::TransitionResult& result, std::size_t line) {
-  if (line >= result.excess_s.size() || line >= result.sigma_s.size() ||
-      !(result.sigma_s[line] > 0) || !std::isfinite(result.excess_s[line]) ||
+std::string SurplusCell(const pa::TransitionResult& result, std::size_t line) {
+  if (line >= result.surplus_s.size() || line >= result.sigma_s.size() ||
+      !(result.sigma_s[line] > 0) || !std::isfinite(result.surplus_s[line]) ||
       !std::isfinite(result.sigma_s[line])) {
     return "–";
   }
-  const double value = result.excess_s[line] * kMsPerS;
+  const double value = result.surplus_s[line] * kMsPerS;
   const Interval interval = NormalInterval95(value, result.sigma_s[line] * kMsPerS);
   return fmt::format("{:+.1f} ({:+.1f} to {:+.1f})", value, interval.lo, interval.hi);
 }
@@ -205,8 +206,8 @@ std::string Lines(const pa::Analysis& analysis) {
     const pa::LineResult& line = analysis.lines[i];
     std::vector<std::string> cells = {
         fmt::format("{:.4f}", std::isfinite(line.pressure_advance_s) ? line.pressure_advance_s : 0),
-        ExcessCell(analysis.response.acceleration, i),
-        ExcessCell(analysis.response.deceleration, i)};
+        SurplusCell(analysis.response.acceleration, i),
+        SurplusCell(analysis.response.deceleration, i)};
     if (scored) {
       const bool has = i < scores.size() && scores[i] && std::isfinite(*scores[i]);
       cells.push_back(has ? fmt::format("{:.1f}", *scores[i]) : "–");

@@ -22,8 +22,8 @@ std::optional<RangedAnswer> AllOnOneSide(const TransitionSeries& a, const Transi
   for (const TransitionSeries* series : {&a, &d}) {
     for (std::size_t i = 0; i < series->pa_s.size(); ++i) {
       if (!std::isfinite(series->sigma_s[i])) continue;
-      above &= series->excess_s[i] > 2 * series->sigma_s[i];
-      below &= series->excess_s[i] < -2 * series->sigma_s[i];
+      above &= series->surplus_s[i] > 2 * series->sigma_s[i];
+      below &= series->surplus_s[i] < -2 * series->sigma_s[i];
     }
   }
   if (!above && !below) return std::nullopt;
@@ -41,7 +41,7 @@ std::optional<RangedAnswer> AllOnOneSide(const TransitionSeries& a, const Transi
 }
 
 bool AnswersBackwards(const signal::ZeroCrossing& fit, const ResponseOptions& options) {
-  return fit.slope <= -options.least_significance * fit.slope_sigma;
+  return fit.slope <= -options.min_significance * fit.slope_sigma;
 }
 
 // Returns the reason to reject a crossing beyond the lines that show its transition: the response
@@ -50,7 +50,7 @@ std::string BeyondItsLines(const TransitionSeries& series, double zero_s,
                            const ResponseOptions& options) {
   const Interval tested = RangeOf(series.pa_s);
   const double step_s = (tested.hi - tested.lo) / (static_cast<double>(series.pa_s.size()) - 1);
-  if (series.Beyond_s(zero_s) <= options.most_beyond * step_s) return {};
+  if (series.Beyond_s(zero_s) <= options.max_beyond * step_s) return {};
   const std::vector<double> seen_s = series.SeenPa_s();
   const Interval seen = RangeOf(seen_s);
   return fmt::format(
@@ -71,12 +71,12 @@ std::string Doubt(const signal::ZeroCrossing& fit, const TransitionSeries& serie
         fit.slope, fit.slope_sigma);
   }
   const double significance = fit.slope_sigma > 0 ? fit.slope / fit.slope_sigma : 0;
-  if (significance < options.least_significance) {
+  if (significance < options.min_significance) {
     return fmt::format(
         "the lines do not answer clearly to pressure advance (slope {:.2g}, standard error {:.1g}: "
         "{:.1f} "
         "standard errors; {:.0f} are needed): test a wider range or a larger speed change",
-        fit.slope, fit.slope_sigma, std::max(0.0, significance), options.least_significance);
+        fit.slope, fit.slope_sigma, std::max(0.0, significance), options.min_significance);
   }
   const Interval& plausible = options.plausible_slope;
   if (slope_has_scale && (fit.slope < plausible.lo || fit.slope > plausible.hi)) {

@@ -19,7 +19,7 @@ TransitionSeries Series(double zero_s, std::uint64_t seed, double slope = 1) {
   for (int i = 0; i < 10; ++i) {
     const double pa = 0.06 * i / 9;
     series.pa_s.push_back(pa);
-    series.excess_s.push_back(slope * (zero_s - pa) + 0.001 * random.Normal());
+    series.surplus_s.push_back(slope * (zero_s - pa) + 0.001 * random.Normal());
     series.sigma_s.push_back(0);
   }
   return series;
@@ -44,8 +44,8 @@ TEST(CombineTransitions, SlipIsLearntFromTheDifferenceAndCancelsInTheMean) {
   constexpr double kLeft_s = 0.0002;
   const double without_s = Both(0.03, 0.03).Combine().both.pressure_advance.quantity().value;
   Both world(0.032, 0.028);
-  world.transitions.acceleration.slip_excess_s = 0.08;
-  world.transitions.deceleration.slip_excess_s = 0.08;
+  world.transitions.acceleration.slip_surplus_s = 0.08;
+  world.transitions.deceleration.slip_surplus_s = 0.08;
   const CombinedTransitions combined = world.Combine();
   EXPECT_NEAR(combined.both.pressure_advance.quantity().value, without_s, 2 * kLeft_s);
   EXPECT_NEAR(combined.acceleration.quantity().value, combined.deceleration.quantity().value,
@@ -89,7 +89,7 @@ TEST(CombineTransitions, ACrossingBeyondTheLinesThatShowItCountsForNothing) {
   Both world(0.015, 0.015);
   TransitionSeries& d = world.transitions.deceleration;
   for (std::size_t i = 0; i < d.pa_s.size(); ++i) {
-    d.excess_s[i] = std::max(d.excess_s[i], -0.013 - 0.6 * (d.pa_s[i] - 0.028));
+    d.surplus_s[i] = std::max(d.surplus_s[i], -0.013 - 0.6 * (d.pa_s[i] - 0.028));
     if (d.pa_s[i] < 0.028) d.sigma_s[i] = std::numeric_limits<double>::infinity();
   }
   const CombinedTransitions combined = world.Combine();
@@ -105,8 +105,8 @@ TEST(CombineTransitions, LinesOnOneSideAreNamedWhereTheyDoNotAnswerClearly) {
   Both world(0.2, 0.2);
   for (TransitionSeries* series :
        {&world.transitions.acceleration, &world.transitions.deceleration}) {
-    for (std::size_t i = 0; i < series->excess_s.size(); ++i) {
-      series->excess_s[i] = 0.05 + (i % 2 == 0 ? 0.01 : -0.01);  // full up: the slope is gone
+    for (std::size_t i = 0; i < series->surplus_s.size(); ++i) {
+      series->surplus_s[i] = 0.05 + (i % 2 == 0 ? 0.01 : -0.01);  // full up: the slope is gone
     }
   }
   const RangedAnswer both = world.Combine().both;

@@ -107,11 +107,11 @@ double Reweight(const Eigen::Vector3d& solved, double scatter_s, double prior_s,
 }
 
 void CutOffBelowZero(PairedDifference& difference) {
-  const double least_s = -std::sqrt(difference.variance());
-  if (difference.value_s >= least_s) return;
+  const double min_s = -std::sqrt(difference.variance());
+  if (difference.value_s >= min_s) return;
   difference.form_s = std::sqrt(difference.variance());
   difference.sigma_s = 0;
-  difference.value_s = least_s;
+  difference.value_s = min_s;
   difference.cut_off = true;
   std::fill(difference.influence.begin(), difference.influence.end(), 0.0);
 }
@@ -125,7 +125,7 @@ PairedDifference FitPairedDifference(const TransitionSeries& acceleration,
   const std::size_t count = acceleration.pa_s.size();
   std::vector<Line> lines(count);
   for (std::size_t i = 0; i < count; ++i) {
-    lines[i].difference_s = acceleration.excess_s[i] - deceleration.excess_s[i];
+    lines[i].difference_s = acceleration.surplus_s[i] - deceleration.surplus_s[i];
     lines[i].sigma_s = std::hypot(acceleration.sigma_s[i], deceleration.sigma_s[i]);
   }
   PairedDifference result;
@@ -150,15 +150,15 @@ namespace {
 std::optional<signal::ZeroCrossing> FitSeen(const TransitionSeries& series,
                                             const signal::ZeroCrossingOptions& form) {
   std::vector<std::size_t> seen;
-  std::vector<double> pa_s, excess_s, sigma_s;
+  std::vector<double> pa_s, surplus_s, sigma_s;
   for (std::size_t i = 0; i < series.pa_s.size(); ++i) {
     if (!std::isfinite(series.sigma_s[i])) continue;
     seen.push_back(i);
     pa_s.push_back(series.pa_s[i]);
-    excess_s.push_back(series.excess_s[i]);
+    surplus_s.push_back(series.surplus_s[i]);
     sigma_s.push_back(series.sigma_s[i]);
   }
-  auto fit = signal::FitZeroCrossing(pa_s, excess_s, sigma_s, form);
+  auto fit = signal::FitZeroCrossing(pa_s, surplus_s, sigma_s, form);
   if (!fit || seen.size() == series.pa_s.size()) return fit;
   const auto spread = [&](std::vector<double>& values) {
     std::vector<double> all(series.pa_s.size(), 0);
@@ -183,14 +183,15 @@ std::optional<PairedDifference> FitDifference(const Transitions& transitions,
     return std::nullopt;
   }
   // Filament beyond the end of the deceleration's window would resemble slip.
-  if (transitions.slow_drain_s < options.paired.least_drain * zero.zero) return std::nullopt;
+  if (transitions.slow_drain_s < options.paired.min_drain * zero.zero) return std::nullopt;
   // Early and whole window share the lines: the tail's sigma is half of the crossing's.
   const double prior = Square(options.tail_sigma * zero.zero);
   const double noise = Square(zero.zero_sigma / 2);
   const double tail_s =
       prior > 0 ? options.tail_share * crossings.tail_s() * prior / (prior + noise) : 0;
   return FitPairedDifference(a, d, zero.zero - tail_s, zero.slope,
-                             a.slip_excess_s / (a.slip_excess_s + d.slip_excess_s), options.paired);
+                             a.slip_surplus_s / (a.slip_surplus_s + d.slip_surplus_s),
+                             options.paired);
 }
 
 }  // namespace
@@ -239,20 +240,20 @@ std::vector<double> Off(const std::vector<double>& seen, const std::vector<doubl
 }
 
 Residuals OffTheFits(const Transitions& seen, const TransitionCrossings& crossings) {
-  Residuals off{.acceleration = Off(seen.acceleration.excess_s, crossings.acceleration.fitted),
-                .deceleration = Off(seen.deceleration.excess_s, crossings.deceleration.fitted)};
-  if (crossings.early) off.early = Off(seen.early->excess_s, crossings.early->fitted);
+  Residuals off{.acceleration = Off(seen.acceleration.surplus_s, crossings.acceleration.fitted),
+                .deceleration = Off(seen.deceleration.surplus_s, crossings.deceleration.fitted)};
+  if (crossings.early) off.early = Off(seen.early->surplus_s, crossings.early->fitted);
   if (crossings.paired) {
-    off.difference = Off(Off(seen.acceleration.excess_s, seen.deceleration.excess_s),
+    off.difference = Off(Off(seen.acceleration.surplus_s, seen.deceleration.surplus_s),
                          crossings.paired->fitted_s);
   }
   return off;
 }
 
 Residuals OffLaid(const Transitions& seen, const Transitions& laid) {
-  Residuals off{.acceleration = Off(seen.acceleration.excess_s, laid.acceleration.excess_s),
-                .deceleration = Off(seen.deceleration.excess_s, laid.deceleration.excess_s)};
-  if (seen.early) off.early = Off(seen.early->excess_s, laid.early->excess_s);
+  Residuals off{.acceleration = Off(seen.acceleration.surplus_s, laid.acceleration.surplus_s),
+                .deceleration = Off(seen.deceleration.surplus_s, laid.deceleration.surplus_s)};
+  if (seen.early) off.early = Off(seen.early->surplus_s, laid.early->surplus_s);
   off.difference = Off(off.acceleration, off.deceleration);
   return off;
 }
@@ -375,11 +376,11 @@ CrossingPair CorrectCrossings(const Transitions& transitions, const TransitionCr
   const double unseen_tail_s = options.tail_share * std::sqrt((1 - seen) * (1 - seen) * prior);
 
   // Slip also shifts the tail, and with it the correction of both crossings.
-  const double slip_a_s = transitions.acceleration.slip_excess_s / a.slope;
-  const double slip_d_s = transitions.deceleration.slip_excess_s / whole.slope;
+  const double slip_a_s = transitions.acceleration.slip_surplus_s / a.slope;
+  const double slip_d_s = transitions.deceleration.slip_surplus_s / whole.slope;
   const double moved_s =
       crossings.early
-          ? share * (slip_a_s - transitions.early->slip_excess_s / crossings.early->slope)
+          ? share * (slip_a_s - transitions.early->slip_surplus_s / crossings.early->slope)
           : 0;
 
   // Filament beyond the window's end is not unread.
@@ -398,7 +399,7 @@ CrossingPair CorrectCrossings(const Transitions& transitions, const TransitionCr
     const double missing = slope_has_scale ? std::max(0.0, full_slope - fit.slope) : 0;
     corrected.common.unread = options.unread_sigma * std::min(1.0, missing) * std::abs(fit.zero);
     const double outside = slope_has_scale ? std::clamp(1 - fit.slope, 0.0, 1.0) : 0;
-    const bool short_end = drains && transitions.slow_drain_s < options.paired.least_drain * a.zero;
+    const bool short_end = drains && transitions.slow_drain_s < options.paired.min_drain * a.zero;
     const double law = std::max(short_end ? options.short_end_sigma : options.lag_form_sigma,
                                 options.lag_tail_sigma * outside) *
                        std::abs(fit.zero);
@@ -423,7 +424,7 @@ PairVariances ScatterAbout(const Transitions& laid, const Transitions& seen,
                            const TransitionCrossings& crossings, const CrossingPair& pair) {
   Covariance lines = SumOfProducts(MovedBy(OffLaid(seen, laid), crossings, pair.own_share));
   // Accounts for two unknowns estimated from the same lines: the lag, and the filament it moves.
-  const double n = static_cast<double>(seen.acceleration.excess_s.size());
+  const double n = static_cast<double>(seen.acceleration.surplus_s.size());
   for (auto& row : lines) {
     for (double& of : row) of *= n / std::max(1.0, n - 2);
   }

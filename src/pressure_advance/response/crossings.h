@@ -71,10 +71,10 @@ struct PairedDifference {
 /// One transition of all usable lines, shape (lines) each.
 struct TransitionSeries {
   std::vector<double> pa_s;
-  std::vector<double> excess_s;  ///< surplus filament over the speed change
-  std::vector<double> sigma_s;   ///< 1 sigma of each; infinite where a line does not show it
+  std::vector<double> surplus_s;  ///< surplus filament over the speed change
+  std::vector<double> sigma_s;    ///< 1 sigma of each; infinite where a line does not show it
   /// Shift of the surplus by a flow loss of 1 in the fast segment, s.
-  double slip_excess_s = 0;
+  double slip_surplus_s = 0;
 
   /// Returns the pressure advance of the lines that show the transition.
   [[nodiscard]] std::vector<double> SeenPa_s() const;

@@ -17,7 +17,7 @@ TransitionSeries Line(double zero_s, double slope) {
   TransitionSeries series;
   for (int i = 0; i < 10; ++i) {
     series.pa_s.push_back(0.06 * i / 9);
-    series.excess_s.push_back(slope * (zero_s - series.pa_s.back()));
+    series.surplus_s.push_back(slope * (zero_s - series.pa_s.back()));
     series.sigma_s.push_back(0.0001);
   }
   return series;
@@ -30,7 +30,7 @@ TEST(FitTransitions, LinesCountWhereTheyShowATransition) {
   Transitions fewer = all;
   for (const std::size_t i : {0U, 1U, 2U}) {
     fewer.acceleration.sigma_s[i] = std::numeric_limits<double>::infinity();
-    fewer.acceleration.excess_s[i] = 1e3;
+    fewer.acceleration.surplus_s[i] = 1e3;
   }
   const auto crossings = FitTransitions(fewer, {});
   ASSERT_TRUE(crossings);
@@ -51,7 +51,7 @@ TransitionSeries Series(double zero_s, double noise_s, std::uint64_t seed) {
   TransitionSeries series;
   for (int i = 0; i < 20; ++i) {
     series.pa_s.push_back(0.06 * i / 19);
-    series.excess_s.push_back(zero_s - series.pa_s.back() + noise_s * random.Normal());
+    series.surplus_s.push_back(zero_s - series.pa_s.back() + noise_s * random.Normal());
     series.sigma_s.push_back(0);
   }
   return series;
@@ -98,8 +98,8 @@ TEST(CrossingPair, ScatterAboutTheLaidLinesIsThatOfTheCrossings) {
     // The early window sees nearly what the whole one sees.
     Transitions seen{Series(0.03, kNoise_s, 3 * seed), Series(0.03, kNoise_s, 3 * seed + 1),
                      Series(0.03, kNoise_s / 3, 3 * seed + 2)};
-    for (std::size_t i = 0; i < seen.early->excess_s.size(); ++i) {
-      seen.early->excess_s[i] += seen.acceleration.excess_s[i] - laid.acceleration.excess_s[i];
+    for (std::size_t i = 0; i < seen.early->surplus_s.size(); ++i) {
+      seen.early->surplus_s[i] += seen.acceleration.surplus_s[i] - laid.acceleration.surplus_s[i];
     }
     const TransitionCrossings crossings = *FitTransitions(seen, {});
     const CrossingPair pair = CorrectCrossings(seen, crossings, true, {});
@@ -172,8 +172,8 @@ Lines TenLines(std::uint64_t seed, double slip_s, double lost = 0, double early_
     for (TransitionSeries* series : {&lines.acceleration, &lines.deceleration}) {
       const bool rises = series == &lines.acceleration;
       series->pa_s.push_back(pa_s);
-      series->excess_s.push_back(own_s + (rises ? 0.7 : -0.3) * slip_s * shown +
-                                 (rises ? 0 : lost * past_s) + kFlow_s * random.Normal());
+      series->surplus_s.push_back(own_s + (rises ? 0.7 : -0.3) * slip_s * shown +
+                                  (rises ? 0 : lost * past_s) + kFlow_s * random.Normal());
       series->sigma_s.push_back(0);
     }
   }
@@ -198,7 +198,7 @@ TEST(PairedDifference, ALinesOwnLagCancelsAndGapsAndABlobMoveItLittle) {
   }
   EXPECT_NEAR(Fit(TenLines(1, kSlip_s, 0.6), kSlip_s).value_s, kSlip_s, kNear_s);
   Lines lines = TenLines(1, kSlip_s);
-  lines.deceleration.excess_s[3] += 0.02;
+  lines.deceleration.surplus_s[3] += 0.02;
   EXPECT_NEAR(Fit(lines, kSlip_s).value_s, kSlip_s, kNear_s);
 }
 

@@ -8,15 +8,15 @@
 
 #include "base/check.h"
 #include "base/statistics.h"
-#include "pressure_advance/response/excess.h"
+#include "pressure_advance/response/surplus.h"
 #include "pressure_advance/response/transitions.h"
 
 namespace trammel::pressure_advance {
 namespace {
 
-constexpr std::size_t kFewestLines = 3;   // per group, for a scatter
-constexpr double kWidestInterval = 0.3;   // half width: wider does not distinguish much from little
-constexpr double kLeastSignificance = 5;  // control's surplus over its standard error
+constexpr std::size_t kFewestLines = 3;  // per group, for a scatter
+constexpr double kWidestInterval = 0.3;  // half width: wider does not distinguish much from little
+constexpr double kMinSignificance = 5;   // control's surplus over its standard error
 
 // One figure of every usable line, by group.
 struct Samples {
@@ -79,22 +79,22 @@ Measured SurplusLeft(const std::vector<LineProfile>& profiles, const LineMotion&
   const auto plan = PlanTransitions(motion, profiles.front().position_unit,
                                     improvement.calibrated.pressure_advance_s, {});
   if (!plan) return Measured::Refused(plan.error().message);
-  const std::vector<LineExcess> excess = MeasureExcess(profiles, *reading, *plan);
+  const std::vector<LineSurplus> surplus = MeasureSurplus(profiles, *reading, *plan);
   Samples samples;
   for (std::size_t i = 0; i < profiles.size(); ++i) {
-    if (!excess[i].unusable.empty()) continue;
+    if (!surplus[i].unusable.empty()) continue;
     const bool control = profiles[i].pressure_advance_s == improvement.control.pressure_advance_s;
     (control ? samples.control : samples.calibrated)
-        .push_back((excess[i].acceleration.value + excess[i].deceleration.value) / 2);
+        .push_back((surplus[i].acceleration.value + surplus[i].deceleration.value) / 2);
   }
   if (auto refused = RefuseTooFew(samples, why)) return *refused;
   const double mean = Mean(samples.control);
   const double error =
       StandardDeviation(samples.control) / std::sqrt(static_cast<double>(samples.control.size()));
-  if (mean < kLeastSignificance * error) {
+  if (mean < kMinSignificance * error) {
     return Measured::CannotTell(fmt::format(
         "the control's surplus filament is only {:.1f} times its standard error, {} are needed",
-        error > 0 ? mean / error : 0.0, kLeastSignificance));
+        error > 0 ? mean / error : 0.0, kMinSignificance));
   }
   return Ratio(samples, 0, 1);
 }

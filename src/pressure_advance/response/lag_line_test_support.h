@@ -20,7 +20,7 @@ namespace trammel::pressure_advance {
 
 // Reads a printed line without 4 mm at each end. @param noise  of one reading, relative
 [[nodiscard]] inline LineProfile ReadLagLine(const trammel::testing::LagLine& line,
-                                             const trammel::testing::LagLaw& law,
+                                             const trammel::testing::LagModelTruth& law,
                                              double pressure_advance_s, double noise,
                                              Random& random, double flow = 1) {
   constexpr double kArea_mm2 = 0.11, kEnds_mm = 4;

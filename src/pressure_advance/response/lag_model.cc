@@ -117,12 +117,13 @@ struct Melt {
 };
 
 // Returns the output of the first stage in a step; exact for a law that is linear over the step.
-double PushFirst(const StoredLaw& law, double loss, double filament_mm, double step_s, Melt& melt) {
+double PushFirst(const StoredModel& law, double loss, double filament_mm, double step_s,
+                 Melt& melt) {
   if (melt.stored_mm <= 0) {
     melt.stored_mm += filament_mm < 0 ? (1 - loss) * filament_mm : filament_mm;
     return 0;
   }
-  const StoredLaw::Flow flow = law.At(melt.stored_mm * melt.per_scale);
+  const StoredModel::Flow flow = law.At(melt.stored_mm * melt.per_scale);
   const double change_mm =
       (filament_mm - flow.mm_s * step_s) * MeanDecay(step_s * flow.per_s * melt.per_scale);
   const double out_mm = filament_mm - change_mm;
@@ -146,26 +147,28 @@ double PushSecond(double in_mm, double step_s, Melt& melt) {
 
 }  // namespace
 
-double StoredLaw::Piece::Stored(double flow) const {
+double StoredModel::Piece::Stored(double flow) const {
   return stored + lag_s * anchor / n * (std::pow(flow / anchor, n) - at_anchor);
 }
 
-double StoredLaw::Piece::LagAt(double flow) const { return lag_s * std::pow(flow / anchor, n - 1); }
+double StoredModel::Piece::LagAt(double flow) const {
+  return lag_s * std::pow(flow / anchor, n - 1);
+}
 
-StoredLaw::Flow StoredLaw::Piece::At(double level) const {
+StoredModel::Flow StoredModel::Piece::At(double level) const {
   const double power = at_anchor + (level - stored) * n / (lag_s * anchor);
   const double ratio = std::pow(power, 1 / n);
   return {anchor * ratio, ratio / power / lag_s};
 }
 
-StoredLaw::StoredLaw(const HeadMotion& motion, const std::array<double, 4>& exponent) {
+StoredModel::StoredModel(const HeadMotion& motion, const std::array<double, 4>& exponent) {
   const double fast_mm_s = motion.fast_mm_s();
   double lag_s = 1, begin = 0, stored = 0;
   for (std::size_t k = 0; k < pieces_.size(); ++k) {
-    const double anchor = fast_mm_s * kLawBreaks[k == 0 ? 0 : k - 1];
+    const double anchor = fast_mm_s * kStorageBreaks[k == 0 ? 0 : k - 1];
     pieces_[k] = {begin, stored, anchor, exponent[k], lag_s, k == 0 ? 0.0 : 1.0};
     if (k + 1 == pieces_.size()) break;
-    begin = fast_mm_s * kLawBreaks[k];
+    begin = fast_mm_s * kStorageBreaks[k];
     stored = pieces_[k].Stored(begin);
     lag_s *= std::pow(begin / anchor, exponent[k] - 1);
   }
@@ -183,23 +186,23 @@ StoredLaw::StoredLaw(const HeadMotion& motion, const std::array<double, 4>& expo
   }
 }
 
-const StoredLaw::Piece& StoredLaw::PieceOf(double flow_mm_s) const {
+const StoredModel::Piece& StoredModel::PieceOf(double flow_mm_s) const {
   std::size_t k = pieces_.size() - 1;
   while (k > 0 && flow_mm_s < pieces_[k].begin) --k;
   return pieces_[k];
 }
 
-double StoredLaw::Stored(double flow_mm_s) const { return PieceOf(flow_mm_s).Stored(flow_mm_s); }
+double StoredModel::Stored(double flow_mm_s) const { return PieceOf(flow_mm_s).Stored(flow_mm_s); }
 
-double StoredLaw::LagAt(double flow_mm_s) const { return PieceOf(flow_mm_s).LagAt(flow_mm_s); }
+double StoredModel::LagAt(double flow_mm_s) const { return PieceOf(flow_mm_s).LagAt(flow_mm_s); }
 
-StoredLaw::Flow StoredLaw::Exact(double stored_mm) const {
+StoredModel::Flow StoredModel::Exact(double stored_mm) const {
   std::size_t k = pieces_.size() - 1;
   while (k > 0 && stored_mm < pieces_[k].stored) --k;
   return pieces_[k].At(stored_mm);
 }
 
-StoredLaw::Flow StoredLaw::At(double stored_mm) const {
+StoredModel::Flow StoredModel::At(double stored_mm) const {
   const double at = stored_mm * cells_per_mm_;
   if (!(at < kTable)) return Exact(stored_mm);
   const auto i = static_cast<std::size_t>(at);
@@ -210,7 +213,7 @@ StoredLaw::Flow StoredLaw::At(double stored_mm) const {
 LagModel::LagModel(const HeadMotion& motion, const Lag& lag)
     : motion_(&motion),
       lag_(lag),
-      law_(std::make_shared<StoredLaw>(motion, lag.exponent)),
+      law_(std::make_shared<StoredModel>(motion, lag.exponent)),
       even_(std::make_shared<HeadMotion::Drive>(motion.Averaged(0))),
       averaged_(std::make_shared<HeadMotion::Drive>(motion.Averaged(lag.smooth_s))) {}
 
@@ -218,7 +221,7 @@ LagModel LagModel::With(const Lag& lag) const {
   LagModel model = *this;
   model.lag_ = lag;
   if (lag.exponent != lag_.exponent) {
-    model.law_ = std::make_shared<StoredLaw>(*motion_, lag.exponent);
+    model.law_ = std::make_shared<StoredModel>(*motion_, lag.exponent);
   }
   if (lag.smooth_s != lag_.smooth_s) {
     model.averaged_ = std::make_shared<HeadMotion::Drive>(motion_->Averaged(lag.smooth_s));

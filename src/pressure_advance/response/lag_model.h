@@ -53,12 +53,12 @@ class HeadMotion {
 };
 
 /// Flows at which a law's exponent may change, relative to the fast one.
-inline constexpr std::array<double, 3> kLawBreaks{0.13, 0.3, 0.65};
+inline constexpr std::array<double, 3> kStorageBreaks{0.13, 0.3, 0.65};
 
 /// Unknowns of an extruder and of the line that it lays.
 struct Lag {
   double lag_s = 0.03;  ///< secant of the filament stored, between the slow and the fast speed; > 0
-  /// Exponents of flow in the storage, from stretch to stretch of flows (kLawBreaks); > 0.
+  /// Exponents of flow in the storage, from stretch to stretch of flows (kStorageBreaks); > 0.
   std::array<double, 4> exponent{1, 1, 1, 1};
   double second = 0;       ///< share of the storage that lies in a second, linear stage; 0 … 1
   double slip = 0;         ///< share of the drive lost at the fast flow; grows as its square
@@ -69,9 +69,9 @@ struct Lag {
 
 /// Stored filament over flow, dS/dq ~ (q / q0)^(n - 1), continuous between stretches; its secant
 /// between the slow and the fast speed is one second.
-class StoredLaw {
+class StoredModel {
  public:
-  StoredLaw(const HeadMotion& motion, const std::array<double, 4>& exponent);
+  StoredModel(const HeadMotion& motion, const std::array<double, 4>& exponent);
 
   /// @param flow_mm_s  of filament along the line, >= 0
   /// @returns mm
@@ -137,7 +137,7 @@ class LagModel {
 
   const HeadMotion* motion_ = nullptr;
   Lag lag_;
-  std::shared_ptr<const StoredLaw> law_;
+  std::shared_ptr<const StoredModel> law_;
   std::shared_ptr<const HeadMotion::Drive> even_, averaged_;
 };
 

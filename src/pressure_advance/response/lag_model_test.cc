@@ -12,8 +12,8 @@
 namespace trammel::pressure_advance {
 namespace {
 
-using ::trammel::testing::LagLaw;
 using ::trammel::testing::LagLine;
+using ::trammel::testing::LagModelTruth;
 using ::trammel::testing::PrintLagLine;
 
 LineMotion QuickLine() { return {{{0.16, 10}, {0.6, 150}, {0.24, 10}}, 25.0, 3000.0}; }
@@ -101,16 +101,16 @@ std::vector<double> Places(double from_mm, double to_mm, double step_mm) {
   return places;
 }
 
-TEST(StoredLaw, IsAPowerWhereAllExponentsAreOne) {
+TEST(StoredModel, IsAPowerWhereAllExponentsAreOne) {
   const HeadMotion head(MotionOf({}));
   const double slow = head.slow_mm_s(), fast = head.fast_mm_s();
   for (const double n : {0.3, 0.6, 1.0, 1.3}) {
-    const StoredLaw law(head, {n, n, n, n});
+    const StoredModel law(head, {n, n, n, n});
     const double unit = (fast - slow) / (std::pow(fast, n) - std::pow(slow, n));
     for (const double flow : {slow / 3, slow, 0.2 * fast, 0.5 * fast, fast, 1.8 * fast}) {
       const double stored = unit * std::pow(flow, n);
       EXPECT_NEAR(law.Stored(flow), stored, 1e-9 * stored);
-      const StoredLaw::Flow seen = law.At(stored);
+      const StoredModel::Flow seen = law.At(stored);
       EXPECT_NEAR(seen.mm_s, flow, 1e-3 * fast) << n;
       if (flow > 0.1 * fast) {
         EXPECT_NEAR(seen.per_s * n * stored / flow, 1, 0.01) << n;
@@ -119,10 +119,10 @@ TEST(StoredLaw, IsAPowerWhereAllExponentsAreOne) {
   }
 }
 
-TEST(StoredLaw, HasNoJumpWhereItsExponentChanges) {
+TEST(StoredModel, HasNoJumpWhereItsExponentChanges) {
   const HeadMotion head(MotionOf({}));
-  const StoredLaw law(head, {0.4, 1.2, 0.6, 0.9});
-  for (const double part : kLawBreaks) {
+  const StoredModel law(head, {0.4, 1.2, 0.6, 0.9});
+  for (const double part : kStorageBreaks) {
     const double at = part * head.fast_mm_s();
     EXPECT_NEAR(law.Stored(at * (1 - 1e-9)), law.Stored(at * (1 + 1e-9)), 1e-5);
     // Nor has its slope, the lag at a flow.
@@ -139,7 +139,7 @@ TEST(LagModel, LaysTheLinesOfAnotherModel) {
   const HeadMotion head(MotionOf(line));
   for (const double exponent : {1.0, 0.5}) {
     const double fast = line.fast_mm_s, slow = line.slow_mm_s;
-    LagLaw law;
+    LagModelTruth law;
     law.linear_s = exponent == 1 ? 0.035 : 0;
     law.power = exponent == 1
                     ? 0

@@ -15,8 +15,8 @@
 #include "base/square.h"
 #include "pressure_advance/response/answer.h"
 #include "pressure_advance/response/combine_transitions.h"
-#include "pressure_advance/response/excess.h"
-#include "pressure_advance/response/law_fit.h"
+#include "pressure_advance/response/storage_fit.h"
+#include "pressure_advance/response/surplus.h"
 #include "pressure_advance/response/transitions.h"
 
 namespace trammel::pressure_advance {
@@ -39,47 +39,47 @@ Prepared Prepare(const std::vector<LineProfile>& profiles, const LineMotion& mot
   const bool in_mm = profiles.front().position_unit == PositionUnit::kMillimetre;
   prepared.slope_has_scale = reading == Reading::kArea && (in_mm || motion.length_mm);
   prepared.unit_mm = in_mm ? 1.0 : motion.length_mm.value_or(1.0);
-  const std::vector<LineExcess> measured_lines = MeasureExcess(profiles, reading, plan);
+  const std::vector<LineSurplus> measured_lines = MeasureSurplus(profiles, reading, plan);
   Transitions& transitions = prepared.transitions;
   const double rise_s = prepared.unit_mm / plan.acceleration.speed_change_mm_s;
-  std::vector<LineExcess> early_lines;
+  std::vector<LineSurplus> early_lines;
   if (plan.early.hi > plan.early.lo) {
     TransitionPlan early = plan;
     early.acceleration.span = plan.early;
-    early_lines = MeasureExcess(profiles, reading, early);
+    early_lines = MeasureSurplus(profiles, reading, early);
     transitions.early.emplace();
   }
   for (std::size_t i = 0; i < profiles.size(); ++i) {
-    const LineExcess& excess = measured_lines[i];
-    if (!excess.unusable.empty()) {
-      lines[i].reason = excess.unusable;
+    const LineSurplus& surplus = measured_lines[i];
+    if (!surplus.unusable.empty()) {
+      lines[i].reason = surplus.unusable;
       continue;
     }
     lines[i].used = true;
     prepared.line.push_back(i);
-    const auto add = [&](TransitionSeries& series, const Excess& measured, double per_unit_s) {
+    const auto add = [&](TransitionSeries& series, const Surplus& measured, double per_unit_s) {
       series.pa_s.push_back(profiles[i].pressure_advance_s);
-      series.excess_s.push_back(measured.seen ? measured.value * per_unit_s : 0);
+      series.surplus_s.push_back(measured.seen ? measured.value * per_unit_s : 0);
       series.sigma_s.push_back(measured.seen ? measured.sigma * per_unit_s
                                              : std::numeric_limits<double>::infinity());
     };
-    add(transitions.acceleration, excess.acceleration, rise_s);
-    add(transitions.deceleration, excess.deceleration,
+    add(transitions.acceleration, surplus.acceleration, rise_s);
+    add(transitions.deceleration, surplus.deceleration,
         prepared.unit_mm / std::abs(plan.deceleration.speed_change_mm_s));
     if (transitions.early) add(*transitions.early, early_lines[i].acceleration, rise_s);
   }
   // Slip grows with the square of the flow, which rises along a ramp in proportion to the distance.
-  const auto slip_excess_s = [&](const TransitionWindow& window, double fast_length) {
+  const auto slip_surplus_s = [&](const TransitionWindow& window, double fast_length) {
     const double slipping = std::max(0.0, fast_length - window.ramp_length / 2);
     return slipping * prepared.unit_mm / std::abs(window.speed_change_mm_s);
   };
   const TransitionWindow& rise = plan.acceleration;
-  transitions.acceleration.slip_excess_s = slip_excess_s(rise, rise.fast_length);
-  transitions.deceleration.slip_excess_s =
-      slip_excess_s(plan.deceleration, plan.deceleration.fast_length);
+  transitions.acceleration.slip_surplus_s = slip_surplus_s(rise, rise.fast_length);
+  transitions.deceleration.slip_surplus_s =
+      slip_surplus_s(plan.deceleration, plan.deceleration.fast_length);
   if (transitions.early) {
-    transitions.early->slip_excess_s =
-        slip_excess_s(rise, std::max(0.0, plan.early.hi - rise.boundary));
+    transitions.early->slip_surplus_s =
+        slip_surplus_s(rise, std::max(0.0, plan.early.hi - rise.boundary));
     if (motion.acceleration_mm_s2 && prepared.slope_has_scale) {
       transitions.ramp_s = rise.speed_change_mm_s / *motion.acceleration_mm_s2;
       transitions.drain_s = std::max(0.0, rise.fast_length - rise.ramp_length) * prepared.unit_mm /
@@ -115,7 +115,7 @@ void Describe(const Prepared& prepared, const TransitionSeries& series,
               std::size_t lines, TransitionResult& result) {
   result.window_begin = window.span.lo;
   result.window_end = window.span.hi;
-  result.excess_s.assign(lines, 0);
+  result.surplus_s.assign(lines, 0);
   result.sigma_s.assign(lines, 0);
   result.fitted_s.assign(lines, 0);
   // Without a length the scale is free: the slope becomes 1, so that the surplus equals the error
@@ -128,8 +128,8 @@ void Describe(const Prepared& prepared, const TransitionSeries& series,
     const std::size_t i = prepared.line[k];
     const double fitted_s = signal::ResponseAt(fit, series.pa_s[k]);
     // A line without the transition is on the curve, unused.
-    const double excess_s = std::isfinite(series.sigma_s[k]) ? series.excess_s[k] : fitted_s;
-    result.excess_s[i] = (excess_s + put_in_s) * unit;
+    const double surplus_s = std::isfinite(series.sigma_s[k]) ? series.surplus_s[k] : fitted_s;
+    result.surplus_s[i] = (surplus_s + put_in_s) * unit;
     result.fitted_s[i] = (fitted_s + put_in_s) * unit;
     if (fit.weight[k] > kIgnored) {
       result.sigma_s[i] = std::hypot(series.sigma_s[k], fit.residual_scale) * unit;
@@ -141,8 +141,8 @@ void Describe(const Prepared& prepared, const TransitionSeries& series,
 // a gap may hide the same amount.
 TransitionSeries Mirrored(const TransitionSeries& seen, const TransitionSeries& laid) {
   TransitionSeries mirrored = seen;
-  for (std::size_t k = 0; k < seen.excess_s.size(); ++k) {
-    mirrored.excess_s[k] = 2 * laid.excess_s[k] - seen.excess_s[k];
+  for (std::size_t k = 0; k < seen.surplus_s.size(); ++k) {
+    mirrored.surplus_s[k] = 2 * laid.surplus_s[k] - seen.surplus_s[k];
   }
   return mirrored;
 }
@@ -157,18 +157,19 @@ Transitions Mirrored(const Transitions& seen, const Transitions& laid) {
 
 // Fits the profiles' shapes for information beyond their crossings: only if lines are short, whole
 // and to scale.
-std::optional<LearntLaw> LearnLaw(const std::vector<LineProfile>& profiles,
-                                  const LineMotion& motion, const Prepared& prepared,
-                                  const TransitionCrossings& seen, const ResponseOptions& options,
-                                  CombinedTransitions& combined) {
+std::optional<WeighedStorage> LearnStorage(const std::vector<LineProfile>& profiles,
+                                           const LineMotion& motion, const Prepared& prepared,
+                                           const TransitionCrossings& seen,
+                                           const ResponseOptions& options,
+                                           CombinedTransitions& combined) {
   if (!options.law || !combined.whole || !(prepared.transitions.ramp_s > 0) ||
       profiles.front().position_unit != PositionUnit::kMillimetre) {
     return std::nullopt;
   }
   const std::vector<Interval>& reference = prepared.plan.reference;
   const Interval span_mm{reference.front().lo, reference.back().hi};
-  const std::optional<LawFit> law =
-      FitLaw(profiles, motion, combined.whole->value_s, span_mm, *options.law);
+  const std::optional<StorageFit> law =
+      FitStorage(profiles, motion, combined.whole->value_s, span_mm, *options.law);
   if (!law) return std::nullopt;
   std::vector<LineResult> lines(profiles.size());
   const Prepared laid =
@@ -177,8 +178,8 @@ std::optional<LearntLaw> LearnLaw(const std::vector<LineProfile>& profiles,
   const Transitions twin = Mirrored(prepared.transitions, laid.transitions);
   // The seen lines' significance was checked before.
   ResponseOptions any = options;
-  any.least_significance = 0;
-  any.most_beyond = std::numeric_limits<double>::infinity();
+  any.min_significance = 0;
+  any.max_beyond = std::numeric_limits<double>::infinity();
   const std::optional<TransitionCrossings> crossings = FitTransitions(twin, any);
   if (!crossings) return std::nullopt;
   const CombinedTransitions of_twin =
@@ -195,7 +196,7 @@ std::optional<LearntLaw> LearnLaw(const std::vector<LineProfile>& profiles,
   combined.freedom += 1;  // no bend is fitted
   narrow(about.acceleration, *combined.first);
   narrow(about.deceleration, *combined.second);
-  LearntLaw learnt = WeighWithLaw(*law, of_twin, *options.law, combined);
+  WeighedStorage learnt = WeighWithStorage(*law, of_twin, *options.law, combined);
   learnt.learnt_from_mm = span_mm;
   return learnt;
 }
@@ -258,7 +259,7 @@ Analysis FitResponse(const std::vector<LineProfile>& profiles, const LineMotion&
   TRAMMEL_CHECK(crossings.has_value(), "{} lines", prepared.line.size());
   CombinedTransitions combined =
       CombineTransitions(transitions, *crossings, prepared.slope_has_scale, options);
-  fit.response.law = LearnLaw(profiles, motion, prepared, *crossings, options, combined);
+  fit.response.law = LearnStorage(profiles, motion, prepared, *crossings, options, combined);
   Describe(prepared, transitions.acceleration, crossings->acceleration,
            combined.acceleration_shift_s, prepared.plan.acceleration, profiles.size(),
            fit.response.acceleration);
@@ -300,7 +301,7 @@ void MoveZero(const std::vector<LineProfile>& profiles, double by_s, TransitionR
   const auto [least, most] = std::ranges::minmax_element(lines, by_value);
   const double range_s = profiles[*most].pressure_advance_s - profiles[*least].pressure_advance_s;
   const double slope = (result.fitted_s[*least] - result.fitted_s[*most]) / range_s;
-  for (double& excess_s : result.excess_s) excess_s += slope * by_s;
+  for (double& surplus_s : result.surplus_s) surplus_s += slope * by_s;
   for (double& fitted_s : result.fitted_s) fitted_s += slope * by_s;
 }
 

@@ -18,7 +18,7 @@ namespace trammel::pressure_advance {
 /// smoothing moves filament but adds none, so its shape integrates to zero over the window.
 ///
 /// If lines are read as areas to scale, the law of the lag is estimated from their shapes as well
-/// (FitLaw), and weighted with that (WeighWithLaw).
+/// (FitStorage), and weighted with that (WeighWithStorage).
 ///
 /// Assumes one slow-fast-slow change of speed per line, windows that contain the transitions
 /// (docs), a reading proportional to the filament near the answer, and independent lines. Checks:

@@ -61,18 +61,18 @@ struct PairedOptions {
   /// Minimum length of the deceleration's window, in lags at the slow speed; with less the
   /// differences are not informative: the surplus of shear-thinning melt drains with several times
   /// the mean lag.
-  double least_drain = 10;
+  double min_drain = 10;
 };
 
 /// Assumptions of a fit of the storage model.
-struct LawOptions {
+struct StorageOptions {
   double error_sigma = 0.3;  ///< of what the crossings err by on lines of the learnt law, 1 sigma
   /// Uncertainty of the crossings from other storage models, relative to the answer, k = 1 …
   double form_sigma = 0.01;
   double law_form_sigma = 0.015;  ///< … and of the law's own value
-  double most_weight = 0.85;      ///< limit of the model's value
+  double max_weight = 0.85;       ///< limit of the model's value
   double shift_sigma = 0.4;       ///< of what the law moves the crossings' answer by, 1 sigma
-  /// Maximum LawFit::shared_misfit at which the model has full weight. The paper's twelve
+  /// Maximum StorageFit::shared_misfit at which the model has full weight. The paper's twelve
   /// conditions have -0.1 to 0.1, extruder_world's laws 0.2. Tuned on virtual prints of both preset
   /// patterns by extruder_world and melt_world, seeds below 1000. Widened once by the draws of
   /// 190000 and 197000, which no published figure uses.
@@ -107,7 +107,7 @@ struct ResponseOptions {
   int fewest_lines = 4;
   /// Minimum slope over its standard error; below it the lines do not respond to PA. With the limit
   /// on the interval, none of 3000 sets of noise at any of 4 to 20 lines yields an answer.
-  double least_significance = 5;
+  double min_significance = 5;
   /// Maximum half width of the 95 % interval, as a part of the tested range: about one step of ten
   /// lines, and half a step with fewer than six. A wider interval is less informative than a look
   /// at the lines.
@@ -128,11 +128,11 @@ struct ResponseOptions {
   /// Maximum distance of a transition's crossing from the lines that show it, in steps between
   /// lines: towards high values the response flattens. Up to there slopes differ as bends do, by
   /// `beyond_sigma` of the distance.
-  double most_beyond = 1;
+  double max_beyond = 1;
   double beyond_sigma = 0.3;
   LagDriftOptions drift;
   /// Options for the storage model from whole profiles; nothing: it is unknown.
-  std::optional<LawOptions> law = LawOptions{};
+  std::optional<StorageOptions> law = StorageOptions{};
   PairedOptions paired;
   /// Uncertainty from the finite windows' view of the lag's form, relative to the answer: storage
   /// models from linear to strongly shear-thinning moved it by 0 to 1.2 %.

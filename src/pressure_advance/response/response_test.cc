@@ -16,12 +16,12 @@
 namespace trammel::pressure_advance {
 namespace {
 
-using testing::LagLaw;
 using testing::LagLine;
+using testing::LagModelTruth;
 
 struct World {
   LagLine line;
-  LagLaw law;
+  LagModelTruth law;
   double lag_scatter = 0;   // between lines, relative
   double flow_scatter = 0;  // between lines, relative
   double noise = 0;         // per reading, relative
@@ -37,7 +37,7 @@ std::vector<double> Range(double lo, double hi, int count) {
 std::vector<LineProfile> Measure(const World& world, Random& random) {
   std::vector<LineProfile> profiles;
   for (const double pa : world.pa) {
-    LagLaw law = world.law;
+    LagModelTruth law = world.law;
     const double lag = 1 + world.lag_scatter * random.Normal();
     law.linear_s *= lag;
     law.power *= lag;
@@ -266,7 +266,7 @@ TEST(Response, RefusesTooFewLinesAndOtherSegments) {
 // The paper's lines of one pattern, by an extruder of this lag.
 void Print(int pattern, double lag_s, Random& random, std::vector<LineProfile>& profiles) {
   for (int line = 0; line < 10; ++line) {
-    const LagLaw law{.linear_s = lag_s + 0.001 * random.Normal()};
+    const LagModelTruth law{.linear_s = lag_s + 0.001 * random.Normal()};
     profiles.push_back(ReadLagLine({}, law, 0.06 * line / 9, 0.02, random));
     profiles.back().pattern = pattern;
   }

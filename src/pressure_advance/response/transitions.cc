@@ -190,11 +190,11 @@ std::string NameUnseenStretch(const std::vector<std::optional<double>>& frame_po
   const double usual_mm = kUsualSteps * Median(steps);
   for (const TransitionWindow* window : {&plan.acceleration, &plan.deceleration}) {
     const Interval& span = window->span;
-    const double most_mm = std::max(usual_mm, kMostUnread * (span.hi - span.lo));
+    const double max_mm = std::max(usual_mm, kMaxUnread * (span.hi - span.lo));
     double from = span.lo;
     for (std::size_t i = 0; i <= seen.size(); ++i) {
       const double to = i < seen.size() ? std::clamp(seen[i], span.lo, span.hi) : span.hi;
-      if (to - from > most_mm) {
+      if (to - from > max_mm) {
         return fmt::format("no frame shows the line from {:.3g} to {:.3g} mm", from, to);
       }
       from = std::max(from, to);

@@ -13,7 +13,7 @@
 namespace trammel::pressure_advance {
 
 /// Maximum unread fraction of a transition's window in one piece; above it a line is unusable.
-inline constexpr double kMostUnread = 0.25;
+inline constexpr double kMaxUnread = 0.25;
 
 /// Stretch of the line in which all filament moved by one speed change is laid down.
 struct TransitionWindow {
@@ -64,7 +64,7 @@ struct TransitionPlan {
                                                         bool rising);
 
 /// Names the stretch of a transition that no frame shows: "no frame shows the line from 17.2 to
-/// 21.4 mm". Empty if each window is sampled as densely as MeasureExcess requires (kMostUnread),
+/// 21.4 mm". Empty if each window is sampled as densely as MeasureSurplus requires (kMostUnread),
 /// and if the sweep's frames are that far apart throughout: a gap is longer than three usual steps.
 /// @param frame_positions_mm  as in ScanLine; at least two of them present, or the answer is empty
 /// @param plan                in mm

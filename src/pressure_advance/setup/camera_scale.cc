@@ -16,7 +16,7 @@
 namespace trammel::pressure_advance {
 namespace {
 
-constexpr double kLeastLeftOver = 3;
+constexpr double kMinLeftOver = 3;
 constexpr double kGreatestInverse = 1e10;  // normalised normal matrix: condition squared
 
 }  // namespace
@@ -25,7 +25,7 @@ std::optional<LinearFit> FitLinear(const Eigen::MatrixXd& design, const Eigen::V
   const Eigen::Index columns = design.cols();
   LinearFit fit;
   fit.degrees_of_freedom = static_cast<double>(design.rows() - columns);
-  if (fit.degrees_of_freedom < kLeastLeftOver) return std::nullopt;
+  if (fit.degrees_of_freedom < kMinLeftOver) return std::nullopt;
   Eigen::VectorXd length(columns);
   for (Eigen::Index i = 0; i < columns; ++i) length[i] = design.col(i).norm();
   if (!length.allFinite() || !observed.allFinite() || length.minCoeff() <= 0) return std::nullopt;
@@ -67,7 +67,7 @@ namespace {
 constexpr int kValues = 10;
 
 CameraScale None(CameraScale scale, const Measured& reason) {
-  scale.px_per_mm = scale.rotation_rad = scale.play_x_mm = scale.play_y_mm = reason;
+  scale.px_per_mm = scale.rotation_rad = scale.backlash_x_mm = scale.backlash_y_mm = reason;
   return scale;
 }
 
@@ -89,12 +89,12 @@ std::optional<LinearFit> Fit(std::span<const SeenMark> marks, double middle_x, d
 }
 
 // Computes the backlash in the picture along the axis' own motion.
-Measured Play(const LinearFit& fit, int motion, int play) {
+Measured Backlash(const LinearFit& fit, int motion, int backlash) {
   const Eigen::Vector2d along = fit.value.segment<2>(motion);
   const double length = along.squaredNorm();
   Eigen::VectorXd gradient = Eigen::VectorXd::Zero(kValues);
-  gradient.segment<2>(play) = along / length;
-  const double value = along.dot(fit.value.segment<2>(play)) / length;
+  gradient.segment<2>(backlash) = along / length;
+  const double value = along.dot(fit.value.segment<2>(backlash)) / length;
   return MeasuredFrom(value, Variance(fit, gradient), 0, fit.degrees_of_freedom);
 }
 
@@ -118,20 +118,20 @@ std::string Fault(const CameraScale& found, const Shape& shape) {
            "in x and in y moves the plate's picture round the wrong way; switch off the camera's "
            "mirror, or correct the axis' direction";
   }
-  if (found.repeat_mm > kMostRepeat_mm) {
+  if (found.repeat_mm > kMaxRepeat_mm) {
     return fmt::format(
         "the same place does not show the same picture: {:.3f} mm rms where {:.3f} mm are borne; "
         "tighten the camera's mount and the belts",
-        found.repeat_mm, kMostRepeat_mm);
+        found.repeat_mm, kMaxRepeat_mm);
   }
-  for (const auto& [name, play] :
-       {std::pair{"x", &found.play_x_mm}, std::pair{"y", &found.play_y_mm}}) {
-    const double value = std::abs(play->quantity().value);
-    if (value <= kMostPlay_mm) continue;
+  for (const auto& [name, backlash] :
+       {std::pair{"x", &found.backlash_x_mm}, std::pair{"y", &found.backlash_y_mm}}) {
+    const double value = std::abs(backlash->quantity().value);
+    if (value <= kMaxBacklash_mm) continue;
     return fmt::format(
         "coming from the two sides in {} shows places {:.3f} mm apart where {:.3f} mm are borne: "
         "the camera is loose on the head, or the axis has backlash",
-        name, value, kMostPlay_mm);
+        name, value, kMaxBacklash_mm);
   }
   constexpr double kGreatestUnlike = 0.01;  // the scale's own claim; 8 degrees of tilt
   if (unlike > kGreatestUnlike * shape.scale()) {
@@ -172,8 +172,8 @@ CameraScale FitCameraScale(std::span<const SeenMark> marks, double height_uncert
                                          "printed, or something else was taken for it"));
   }
   found.repeat_mm = fit.residual / full;
-  found.play_x_mm = Play(fit, 2, 6);
-  found.play_y_mm = Play(fit, 4, 8);
+  found.backlash_x_mm = Backlash(fit, 2, 6);
+  found.backlash_y_mm = Backlash(fit, 4, 8);
   const std::string fault = Fault(found, shape);
   if (!fault.empty()) return None(found, Measured::Refused(fault));
   const Eigen::VectorXd to_scale = (shape.cosine * to_cosine + shape.sine * to_sine) / scale;
@@ -197,7 +197,8 @@ CameraOffset FindCameraOffset(const CameraScale& scale, const OffsetQuestion& qu
   const Eigen::Vector2d from_middle = head_from_picture * (pixel - fit.value.head<2>());
   const double mark[] = {question.mark_x_mm, question.mark_y_mm};
   const double middle[] = {scale.middle_x_mm, scale.middle_y_mm};
-  const double play[] = {scale.play_x_mm.quantity().value, scale.play_y_mm.quantity().value};
+  const double backlash[] = {scale.backlash_x_mm.quantity().value,
+                             scale.backlash_y_mm.quantity().value};
   CameraOffset offset;
   Measured* const axes[] = {&offset.x_mm, &offset.y_mm};
   for (int axis = 0; axis < 2; ++axis) {
@@ -208,7 +209,7 @@ CameraOffset FindCameraOffset(const CameraScale& scale, const OffsetQuestion& qu
     gradient.segment<2>(4) = row * from_middle[1];
     const double systematic = Square(question.mark_uncertainty_mm) +
                               Square(question.pixel_uncertainty_px) * row.squaredNorm() +
-                              Square(play[axis]) / 12;
+                              Square(backlash[axis]) / 12;
     *axes[axis] = MeasuredFrom(mark[axis] - (middle[axis] + from_middle[axis]),
                                Variance(fit, gradient), systematic, fit.degrees_of_freedom);
   }

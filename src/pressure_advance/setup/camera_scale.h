@@ -52,10 +52,10 @@ struct Perspective {
 /// Standard uncertainty of an axis' own scale: steps per mm and belts.
 inline constexpr double kAxisScaleUncertainty = 0.001;
 /// Maximum rms of the repeatability; above it the mount or a belt is loose. mm.
-inline constexpr double kMostRepeat_mm = 0.05;
+inline constexpr double kMaxRepeat_mm = 0.05;
 /// Maximum difference between the two directions of approach; above it nothing can be positioned to
 /// 0.05 mm.
-inline constexpr double kMostPlay_mm = 0.15;
+inline constexpr double kMaxBacklash_mm = 0.15;
 
 // Linear least squares with a covariance from the fit's own residuals.
 
@@ -86,9 +86,9 @@ struct LinearFit {
 /// has scale · [cos r, sin r; sin r, -cos r]: the picture's rows count downwards.
 struct CameraScale {
   Measured px_per_mm;
-  Measured rotation_rad;  ///< counter-clockwise from above; 0: columns run along +x
-  Measured play_x_mm;     ///< between the two directions of approach
-  Measured play_y_mm;
+  Measured rotation_rad;   ///< counter-clockwise from above; 0: columns run along +x
+  Measured backlash_x_mm;  ///< between the two directions of approach
+  Measured backlash_y_mm;
   double repeat_mm = 0;  ///< rms of what places and pictures leave unexplained
   /// Values: column and row of the mark with the head at `middle`; d column, d row per mm of head
   /// motion in x, then y; backlash in x as pixels of column and row, then y.

@@ -20,8 +20,8 @@ namespace {
 constexpr int kSmallest_px = 32;
 constexpr double kSearchWidth_px = 400;  // shrunk picture in which the square is searched
 constexpr double kSurroundings = 0.2;    // of its width: reference beside a bead
-constexpr double kLeastClear = 6;        // bead over the shrunk picture's noise
-constexpr double kLeastSide = 0.06;      // relative to the picture's shorter side
+constexpr double kMinClear = 6;          // bead over the shrunk picture's noise
+constexpr double kMinSide = 0.06;        // relative to the picture's shorter side
 
 MarkReading Fault(std::string why) {
   MarkReading reading;
@@ -46,7 +46,7 @@ void CollectRings(const cv::Mat& mask, const cv::Mat& contrast, const MarkShape&
   for (std::size_t i = 0; i < outlines.size(); ++i) {
     const std::vector<cv::Point>& outline = outlines[i];
     const cv::Rect around = cv::boundingRect(outline);
-    if (std::min(around.width, around.height) < kLeastSide * std::min(mask.cols, mask.rows)) {
+    if (std::min(around.width, around.height) < kMinSide * std::min(mask.cols, mask.rows)) {
       continue;
     }
     std::vector<cv::Point> hull;
@@ -94,7 +94,7 @@ Found FindRing(const cv::Mat& gray, const MarkShape& shape) {
   for (const bool darker : {true, false}) {
     const double strongest = darker ? -Quantile(levels, 0.005) : Quantile(levels, 0.995);
     found.clear = std::max(found.clear, strongest / noise);
-    if (strongest < kLeastClear * noise) continue;
+    if (strongest < kMinClear * noise) continue;
     for (const double share : {0.5, 0.35}) {
       cv::Mat mask = darker ? contrast < -share * strongest : contrast > share * strongest;
       cv::morphologyEx(mask, mask, cv::MORPH_CLOSE,

@@ -23,9 +23,9 @@ struct SetupWorld {
   double axis_x_mm = 28;    // nozzle to the foot of the optical axis
   double axis_y_mm = 50.2;
   double spot_mm = 5.5;  // stripe from that foot, along the camera's own x
-  double play_x_mm = 0;
-  double play_y_mm = 0;
-  double play_z_mm = 0;
+  double backlash_x_mm = 0;
+  double backlash_y_mm = 0;
+  double backlash_z_mm = 0;
   double repeat_mm = 0;  // 1 sigma of each axis' place
   double noise_px = 0;   // 1 sigma of a mark's or a stripe's place
   double mark_x_mm = 150;
@@ -40,8 +40,8 @@ struct SetupWorld {
     return px_per_mm * distance_mm / (distance_mm + z_mm - focus_mm);
   }
   [[nodiscard]] SeenMark See(HeadPlace head, Random& random) const {
-    const double x = head.x_mm + play_x_mm * head.from_x / 2 + repeat_mm * random.Normal();
-    const double y = head.y_mm + play_y_mm * head.from_y / 2 + repeat_mm * random.Normal();
+    const double x = head.x_mm + backlash_x_mm * head.from_x / 2 + repeat_mm * random.Normal();
+    const double y = head.y_mm + backlash_y_mm * head.from_y / 2 + repeat_mm * random.Normal();
     const double right_mm = (mark_x_mm - x) * (1 + axis_error[0]) - axis_x_mm;
     const double back_mm = (mark_y_mm - y) * (1 + axis_error[1]) - axis_y_mm;
     const double scale = Scale(head.z_mm);
@@ -54,7 +54,7 @@ struct SetupWorld {
     return mark;
   }
   [[nodiscard]] SeenStripe SeeStripe(HeadPlace head, Random& random) const {
-    const double moved = head.z_mm + play_z_mm * head.from_z / 2 + repeat_mm * random.Normal();
+    const double moved = head.z_mm + backlash_z_mm * head.from_z / 2 + repeat_mm * random.Normal();
     const double z = focus_mm + (moved - focus_mm) * (1 + axis_error[2]);
     const double across_mm = spot_mm - std::tan(laser_angle_rad) * (z - focus_mm);
     const double spread = std::hypot(2.5, 1.2 * (z - focus_mm));

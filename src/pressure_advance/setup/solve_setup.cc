@@ -139,8 +139,8 @@ double PlaceSpot(const SetupObservations& seen, bool down, double slope, SetupRe
   result.spot_column_px = down ? middle_x + along_normal : middle_x;
   result.spot_row_px = down ? middle_y : middle_y + along_normal;
   const double shift = std::abs(result.height.px_per_height_mm.quantity().value);
-  const double play = std::abs(result.height.play_z_mm.quantity().value);
-  return std::hypot(result.height.across_uncertainty_px, shift * play / std::sqrt(12.0));
+  const double backlash = std::abs(result.height.backlash_z_mm.quantity().value);
+  return std::hypot(result.height.across_uncertainty_px, shift * backlash / std::sqrt(12.0));
 }
 
 }  // namespace
@@ -195,9 +195,9 @@ void CheckSpot(const MarkReading& mark, SetupResult& result) {
   result.check_mm = off_px / result.scale.px_per_mm.quantity().value;
   const double uncertainty_mm = std::hypot(result.offset.x_mm.quantity().standard_uncertainty,
                                            result.offset.y_mm.quantity().standard_uncertainty);
-  const double play_mm = std::abs(result.scale.play_x_mm.quantity().value) +
-                         std::abs(result.scale.play_y_mm.quantity().value);
-  const double borne_mm = 0.02 + 3 * uncertainty_mm + play_mm;
+  const double backlash_mm = std::abs(result.scale.backlash_x_mm.quantity().value) +
+                             std::abs(result.scale.backlash_y_mm.quantity().value);
+  const double borne_mm = 0.02 + 3 * uncertainty_mm + backlash_mm;
   if (*result.check_mm <= borne_mm) return;
   doubt(
       fmt::format("the mark was brought to the laser and stands {:.3f} mm beside it, where {:.3f} "
@@ -215,11 +215,11 @@ SetupResult SolveSetup(const SetupObservations& seen) {
   } else {
     const auto fault = Measured::Refused(seen.mark_fault);
     result.scale.px_per_mm = result.scale.rotation_rad = fault;
-    result.scale.play_x_mm = result.scale.play_y_mm = fault;
+    result.scale.backlash_x_mm = result.scale.backlash_y_mm = fault;
   }
   const PlacedStripe* example = NearestTo(seen.stripes, seen.height_mm);
   if (example == nullptr || sound.size() < kFewestStripes) {
-    result.height.px_per_height_mm = result.height.laser_angle_rad = result.height.play_z_mm =
+    result.height.px_per_height_mm = result.height.laser_angle_rad = result.height.backlash_z_mm =
         result.scan_angle_rad = result.laser_turn_rad = result.offset.x_mm = result.offset.y_mm =
             result.focus_mm;
     return result;

@@ -205,11 +205,11 @@ void ExpectRight(double factor) {
   // The optical axis' own error is normal: no bound holds its worst.
   angle.worst = Quantile(angle.errors, 0.95);
   scale.worst /= 40 * (1 - 0.1 * factor), height.worst /= 35 * (1 - 0.1 * factor);
-  const double least_covered = 0.95 - 3 * std::sqrt(0.95 * 0.05 / worlds);
-  constexpr double kLeastGood = 0.999;
+  const double min_covered = 0.95 - 3 * std::sqrt(0.95 * 0.05 / worlds);
+  constexpr double kMinGood = 0.999;
   for (const Tally* tally : {&scale, &turn, &x, &y, &focus, &angle, &height}) {
-    EXPECT_GE(tally->good, kLeastGood * worlds) << tally->name;
-    EXPECT_GE(tally->covered, least_covered * tally->good) << tally->name;
+    EXPECT_GE(tally->good, kMinGood * worlds) << tally->name;
+    EXPECT_GE(tally->covered, min_covered * tally->good) << tally->name;
     EXPECT_LE(tally->worst, tally->bound) << tally->name;
     std::printf("%-9s good %4d covered %4d worst %.5f of %.5f\n", tally->name, tally->good,
                 tally->covered, tally->worst, tally->bound);
@@ -264,10 +264,10 @@ TEST(Setup, NamesALooseMountAndPlay) {
   loose.repeat_mm = 0.2;
   EXPECT_THAT(Measure(loose, 1).scale.px_per_mm.reason(), HasSubstr("mount"));
   EXPECT_THAT(Measure(loose, 1).height.px_per_height_mm.reason(), HasSubstr("mount"));
-  SetupWorld play = Usual();
-  play.play_y_mm = play.play_z_mm = 0.3;
-  EXPECT_THAT(Measure(play, 1).scale.px_per_mm.reason(), HasSubstr("two sides in y"));
-  EXPECT_THAT(Measure(play, 1).height.px_per_height_mm.reason(), HasSubstr("from below"));
+  SetupWorld backlash = Usual();
+  backlash.backlash_y_mm = backlash.backlash_z_mm = 0.3;
+  EXPECT_THAT(Measure(backlash, 1).scale.px_per_mm.reason(), HasSubstr("two sides in y"));
+  EXPECT_THAT(Measure(backlash, 1).height.px_per_height_mm.reason(), HasSubstr("from below"));
 }
 
 TEST(FocusHeight, SaysOnWhichSideToLook) {

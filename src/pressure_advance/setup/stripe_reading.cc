@@ -23,10 +23,10 @@ namespace {
 constexpr int kValues = 4;
 // Distance of a cheap camera's optical axis from the picture's middle: about 1 % of its width.
 constexpr double kPrincipalPoint_px = 8;
-constexpr double kLeastAngle_rad = 10 * std::numbers::pi / 180;
+constexpr double kMinAngle_rad = 10 * std::numbers::pi / 180;
 
 StripeHeight None(StripeHeight found, const Measured& reason) {
-  found.px_per_height_mm = found.laser_angle_rad = found.play_z_mm = reason;
+  found.px_per_height_mm = found.laser_angle_rad = found.backlash_z_mm = reason;
   return found;
 }
 
@@ -43,18 +43,18 @@ std::optional<LinearFit> Fit(std::span<const SeenStripe> stripes, double height_
   return FitLinear(design, observed);
 }
 
-std::string Fault(const StripeHeight& found, double play_mm) {
-  if (found.repeat_mm > kMostRepeat_mm) {
+std::string Fault(const StripeHeight& found, double backlash_mm) {
+  if (found.repeat_mm > kMaxRepeat_mm) {
     return fmt::format(
         "the same height does not show the stripe at the same place: {:.3f} mm rms where {:.3f} mm "
         "are borne; tighten the mount of camera and laser",
-        found.repeat_mm, kMostRepeat_mm);
+        found.repeat_mm, kMaxRepeat_mm);
   }
-  if (std::abs(play_mm) > kMostPlay_mm) {
+  if (std::abs(backlash_mm) > kMaxBacklash_mm) {
     return fmt::format(
         "coming from above and from below shows heights {:.3f} mm apart where {:.3f} mm are borne: "
         "camera or laser is loose, or z has backlash",
-        std::abs(play_mm), kMostPlay_mm);
+        std::abs(backlash_mm), kMaxBacklash_mm);
   }
   return {};
 }
@@ -95,11 +95,11 @@ StripeHeight FitStripeHeight(std::span<const SeenStripe> stripes, double height_
   found.repeat_mm = fit->residual / std::abs(slope);
   Eigen::VectorXd to_play = Eigen::VectorXd::Zero(kValues);
   to_play[3] = 1 / slope;
-  const double play_mm = fit->value[3] / slope;
-  const std::string fault = Fault(found, play_mm);
+  const double backlash_mm = fit->value[3] / slope;
+  const std::string fault = Fault(found, backlash_mm);
   if (!fault.empty()) return None(found, Measured::Refused(fault));
   const double dof = fit->degrees_of_freedom;
-  found.play_z_mm = MeasuredFrom(play_mm, Variance(*fit, to_play), 0, dof);
+  found.backlash_z_mm = MeasuredFrom(backlash_mm, Variance(*fit, to_play), 0, dof);
   found.px_per_height_mm =
       MeasuredFrom(slope, Variance(*fit, to_slope), Square(slope * kAxisScaleUncertainty), dof);
   if (!px_per_mm.good()) {
@@ -109,7 +109,7 @@ StripeHeight FitStripeHeight(std::span<const SeenStripe> stripes, double height_
   const double scale = px_per_mm.quantity().value;
   const double tangent = std::abs(fit->value[1]) / scale;
   const double gain = 1 / (1 + Square(tangent));  // d angle / d tangent
-  if (std::atan(tangent) < kLeastAngle_rad) {
+  if (std::atan(tangent) < kMinAngle_rad) {
     found.laser_angle_rad = Measured::CannotTell(fmt::format(
         "the laser stands {:.1f} degrees from the vertical, too steep to show heights: turn it to "
         "about 45 degrees",
@@ -260,11 +260,11 @@ StripeProfile MeasureProfile(const BgrView& frame, const vision::StripeModel& mo
 }
 
 constexpr int kSmallest_px = 32;
-constexpr int kLearningRows = 120;    // to learn the stripe's appearance
-constexpr double kLeastContrast = 3;  // the best path through pure noise reaches 2
-constexpr double kLeastSeen = 0.5;    // share of rows
-constexpr double kLeastPeak = 20;     // grey levels; below, JPEG's quantisation shapes the profile
-constexpr double kStraight = 1.5;     // stripe sigmas that rows may stand off, in the median
+constexpr int kLearningRows = 120;  // to learn the stripe's appearance
+constexpr double kMinContrast = 3;  // the best path through pure noise reaches 2
+constexpr double kMinSeen = 0.5;    // share of rows
+constexpr double kMinPeak = 20;     // grey levels; below, JPEG's quantisation shapes the profile
+constexpr double kStraight = 1.5;   // stripe sigmas that rows may stand off, in the median
 
 const vision::LaserLineOptions kLine{.row_smoothing = 0, .as_good = 1.15};
 
@@ -339,12 +339,12 @@ StripeReading ReadUpright(const BgrView& frame, vision::LaserLineWorkspace& work
     centres.column.push_back(line.centre_px[y]);
   }
   const double seen = static_cast<double>(centres.row.size()) / frame.height;
-  if (line.contrast < kLeastContrast || seen < kLeastSeen) {
+  if (line.contrast < kMinContrast || seen < kMinSeen) {
     return Fault(fmt::format(
         "no laser stripe goes through the picture (contrast {:.1f} of {:.0f}, in {:.0f} % of the "
         "rows): check that the laser shines, that the stripe falls into the picture, and the "
         "camera's exposure",
-        line.contrast, kLeastContrast, 100 * seen));
+        line.contrast, kMinContrast, 100 * seen));
   }
   const Straight straight = FitStraight(centres);
   if (straight.scatter_px > kStraight * std::max(1.0F, model.sigma_px)) {
@@ -364,20 +364,20 @@ StripeReading ReadUpright(const BgrView& frame, vision::LaserLineWorkspace& work
   reading.peak = profile.peak;
   reading.background = profile.background;
   reading.saturated_px = profile.saturated_px * cosine;
-  if (profile.peak < kLeastPeak) {
+  if (profile.peak < kMinPeak) {
     return Fault(
         fmt::format("the laser stripe is too dark: {:.0f} grey levels over its "
                     "surroundings, at least {:.0f} are needed; raise the camera's exposure",
-                    profile.peak, kLeastPeak),
+                    profile.peak, kMinPeak),
         reading);
   }
   if (!(profile.sigma_px > 0)) {
     return Fault("the laser stripe has no measurable width: its profile is no single peak",
                  reading);
   }
-  constexpr double kMostSaturated = 0.7;  // of the width at half height: five times full scale
+  constexpr double kMaxSaturated = 0.7;  // of the width at half height: five times full scale
   const double half_height_px = 2.355 * reading.width_px;
-  if (reading.saturated_px > kMostSaturated * half_height_px) {
+  if (reading.saturated_px > kMaxSaturated * half_height_px) {
     return Fault(
         fmt::format(
             "the laser stripe is overexposed: {:.0f} px of its width of {:.0f} px are at the "

@@ -21,7 +21,7 @@ struct StripeHeight {
   /// Angle between the laser's plane and the vertical, without the contribution of the picture's
   /// change of scale with height.
   Measured laser_angle_rad;
-  Measured play_z_mm;
+  Measured backlash_z_mm;
   double repeat_mm = 0;  ///< of height, rms
   /// Perspective from the stripe path's curvature; absent if the pictures do not determine it.
   std::optional<Perspective> perspective;

@@ -14,9 +14,9 @@ namespace trammel::pressure_advance {
 namespace {
 
 constexpr double kInfinite = std::numeric_limits<double>::infinity();
-constexpr std::size_t kStates = 16;      ///< ticks considered per frame: delays up to 16 periods
-constexpr double kEarly_s = 0.002;       ///< apparent earliness of a frame, 1 sigma
-constexpr double kLeastScale_s = 0.002;  ///< scale of delays
+constexpr std::size_t kStates = 16;    ///< ticks considered per frame: delays up to 16 periods
+constexpr double kEarly_s = 0.002;     ///< apparent earliness of a frame, 1 sigma
+constexpr double kMinScale_s = 0.002;  ///< scale of delays
 constexpr double kLineQuantile = 0.1;
 constexpr double kDropCost = 5;  ///< nats: one frame in 150 is lost
 
@@ -181,9 +181,9 @@ void Describe(std::span<const double> arrival_s, const Line& line, TickFit& fit)
   const double count = 0.5 * static_cast<double>(arrival_s.size());
   const double inverse_density =
       (Quantile(fit.delay_s, 0.2) - Quantile(fit.delay_s, 0.02)) / (0.2 - 0.02);
-  constexpr double kLeastSigma_s = 2e-4;
+  constexpr double kMinSigma_s = 2e-4;
   fit.origin_sigma_s = std::max(
-      kLeastSigma_s, inverse_density * std::sqrt(kLineQuantile * (1 - kLineQuantile) / count));
+      kMinSigma_s, inverse_density * std::sqrt(kLineQuantile * (1 - kLineQuantile) / count));
   const double span = static_cast<double>(fit.tick.back() - fit.tick.front() + 1);
   fit.period_sigma_s = fit.origin_sigma_s * std::sqrt(12.0) / span;
   const std::size_t window = std::max<std::size_t>(16, arrival_s.size() / 5);
@@ -198,7 +198,7 @@ void Describe(std::span<const double> arrival_s, const Line& line, TickFit& fit)
 
 /// Alternates ticks and line from a first guess; returns the cost, which ranks guesses.
 double Refine(std::span<const double> arrival_s, Line line, bool fixed_period, TickFit& fit) {
-  double scale_s = std::max(kLeastScale_s, 0.5 * line.period_s);
+  double scale_s = std::max(kMinScale_s, 0.5 * line.period_s);
   double cost = kInfinite;
   double early_s = 0;  // earliest deliveries relative to the line
   for (int round = 0; round < 4; ++round) {
@@ -207,7 +207,7 @@ double Refine(std::span<const double> arrival_s, Line line, bool fixed_period, T
     line = QuantileLine(arrival_s, fit.tick, line, fixed_period);
     Describe(arrival_s, line, fit);
     early_s = Quantile(fit.delay_s, 0.01);
-    scale_s = std::max(kLeastScale_s, Mean(fit.delay_s) - early_s);
+    scale_s = std::max(kMinScale_s, Mean(fit.delay_s) - early_s);
     cost += static_cast<double>(arrival_s.size()) * std::log(scale_s);
   }
   return cost;
@@ -240,9 +240,9 @@ std::vector<double> Periods(std::span<const double> arrival_s, double nominal_pe
   std::vector<double> periods;
   // Half and double the rate, and the usual steps between: 25, 24, 20, 15, 10 for 30 frames/s.
   for (const double multiple : {0.5, 1.0, 1.2, 1.25, 1.5, 2.0, 3.0, 4.0}) {
-    constexpr double kMostLost = 0.3;
+    constexpr double kMaxLost = 0.3;
     const double period = multiple * nominal_period_s;
-    if (period > mean * 1.03 || period < mean / (1 + kMostLost) / 1.03) continue;
+    if (period > mean * 1.03 || period < mean / (1 + kMaxLost) / 1.03) continue;
     for (const double off : {-0.004, 0.0, 0.004}) periods.push_back(period * (1 + off));
   }
   return periods;
@@ -311,7 +311,7 @@ bool FitOneLine(std::span<const std::vector<double>> arrivals, std::vector<TickF
     line = QuantileLine(all_arrivals, all.tick, line, false);
     Describe(all_arrivals, line, all);
     const double early_s = Quantile(all.delay_s, 0.01);
-    const double scale_s = std::max(kLeastScale_s, Mean(all.delay_s) - early_s);
+    const double scale_s = std::max(kMinScale_s, Mean(all.delay_s) - early_s);
     for (std::size_t i = 0; i < fits.size(); ++i) {
       const Trellis trellis = Unfold(arrivals[i], line.origin_s + early_s, line.period_s, scale_s);
       Assign(trellis, fits[i].tick, fits[i].certain);

@@ -74,7 +74,7 @@ std::string NameBusyComputer(const Lateness& lateness) {
 namespace {
 
 constexpr double kStampSigma_s = 5e-4;  ///< per capture time: the kernel's wake-up
-constexpr double kMostBadShare = 0.1;
+constexpr double kMaxBadShare = 0.1;
 
 /// True if an interval between stamps is no multiple of the camera's period: its clock was set, or
 /// it has no period.
@@ -124,7 +124,7 @@ std::string CaptureFault(const SweepObservation& sweep, bool our_clock) {
     stamps.push_back(last_s);
     delay.push_back(frame.arrival_s - last_s);
   }
-  if (static_cast<double>(bad) > kMostBadShare * static_cast<double>(sweep.frames.size())) {
+  if (static_cast<double>(bad) > kMaxBadShare * static_cast<double>(sweep.frames.size())) {
     return fmt::format("{} of {} frames have no capture time or one that is not after the others'",
                        bad, sweep.frames.size());
   }
@@ -153,18 +153,18 @@ std::string CaptureFault(const SweepObservation& sweep, bool our_clock) {
 /// them. Empty if the stamps show no rhythm (an exposure that varies), so that no delay is known.
 std::vector<double> StampedLate(const std::vector<double>& stamps, double nominal_period_s) {
   constexpr double kUneven_s = 0.006;
-  constexpr double kMostLost = 0.5;
+  constexpr double kMaxLost = 0.5;
   const TickFit fit = FitTicks(stamps, nominal_period_s);
   const auto count = static_cast<double>(stamps.size());
   if (fit.tick.empty() || fit.unevenness_s > kUneven_s ||
-      static_cast<double>(fit.lost) > kMostLost * count) {
+      static_cast<double>(fit.lost) > kMaxLost * count) {
     return {};
   }
   const double usual_s = Median(fit.delay_s);
-  const double least_s = std::max(0.01, 6 * RobustStandardDeviation(fit.delay_s));
+  const double min_s = std::max(0.01, 6 * RobustStandardDeviation(fit.delay_s));
   std::vector<double> late;
   for (const double delay : fit.delay_s) {
-    late.push_back(delay - usual_s > least_s ? delay - usual_s : 0);
+    late.push_back(delay - usual_s > min_s ? delay - usual_s : 0);
   }
   return late;
 }
@@ -189,8 +189,8 @@ Result<void> MarkStampedLate(const SweepObservation& sweep, std::size_t number,
     stamps.frames[index[k]].note = fmt::format(
         "it was stamped {:.0f} ms late: the camera's computer is too busy", 1e3 * late[k]);
   }
-  constexpr double kMostLate = 0.2;
-  if (static_cast<double>(many) <= kMostLate * static_cast<double>(sound.size())) return {};
+  constexpr double kMaxLate = 0.2;
+  if (static_cast<double>(many) <= kMaxLate * static_cast<double>(sound.size())) return {};
   return Fail(
       fmt::format("sweep {}: {} of {} frames were stamped up to {:.0f} ms late: the "
                   "camera's computer is too busy",
@@ -202,12 +202,11 @@ Result<void> MarkStampedLate(const SweepObservation& sweep, std::size_t number,
 /// one frame.
 std::pair<double, double> LowDelay(const std::vector<double>& delay) {
   constexpr double kQuantile = 0.1;
-  constexpr double kLeastSigma_s = 2e-4;
+  constexpr double kMinSigma_s = 2e-4;
   const double inverse_density = (Quantile(delay, 0.2) - Quantile(delay, 0.02)) / 0.18;
   const double count = 0.5 * static_cast<double>(delay.size());
-  return {
-      Quantile(delay, kQuantile),
-      std::max(kLeastSigma_s, inverse_density * std::sqrt(kQuantile * (1 - kQuantile) / count))};
+  return {Quantile(delay, kQuantile),
+          std::max(kMinSigma_s, inverse_density * std::sqrt(kQuantile * (1 - kQuantile) / count))};
 }
 
 FrameStamps FromCaptureTimes(const SweepObservation& sweep) {
@@ -250,10 +249,10 @@ FrameStamps FromCaptureTimes(const SweepObservation& sweep) {
 std::vector<long> SequenceTicks(const SweepObservation& sweep) {
   std::vector<long> tick;
   for (const FrameObservation& frame : sweep.frames) {
-    constexpr std::uint64_t kMostSpan = 1'000'000;
+    constexpr std::uint64_t kMaxSpan = 1'000'000;
     if (!frame.sequence) return {};
     const std::uint64_t since = *frame.sequence - sweep.frames.front().sequence.value();
-    if (since > kMostSpan || (!tick.empty() && static_cast<long>(since) <= tick.back())) return {};
+    if (since > kMaxSpan || (!tick.empty() && static_cast<long>(since) <= tick.back())) return {};
     tick.push_back(static_cast<long>(since));
   }
   return tick;
@@ -269,8 +268,8 @@ Result<void> CheckTicks(const TickFit& fit, std::size_t number) {
   };
   if (fit.tick.empty()) return refuse("its frames came so unevenly that they show no frame rate");
   const double count = static_cast<double>(fit.tick.size());
-  constexpr double kMostLost = 0.2;
-  if (static_cast<double>(fit.lost) > kMostLost * count) {
+  constexpr double kMaxLost = 0.2;
+  if (static_cast<double>(fit.lost) > kMaxLost * count) {
     return refuse(fmt::format("{} frames came and {} did not", fit.tick.size(), fit.lost));
   }
   const double allowed_s = 0.006 + 0.6 * fit.typical_delay_s;
@@ -281,8 +280,8 @@ Result<void> CheckTicks(const TickFit& fit, std::size_t number) {
                     1e3 * fit.unevenness_s, 1 / fit.period_s));
   }
   const auto uncertain = std::count(fit.certain.begin(), fit.certain.end(), false);
-  constexpr double kMostUncertain = 0.4;
-  if (static_cast<double>(uncertain) > kMostUncertain * count) {
+  constexpr double kMaxUncertain = 0.4;
+  if (static_cast<double>(uncertain) > kMaxUncertain * count) {
     return refuse(fmt::format("frames were lost, and for {} of {} it cannot be told which they are",
                               uncertain, fit.tick.size()));
   }

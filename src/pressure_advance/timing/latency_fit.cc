@@ -15,8 +15,8 @@ namespace {
 
 constexpr double kGrid_s = 0.001;
 constexpr double kCapNats = 8;  ///< maximum cost of a pair: a glitch is no proof
-constexpr double kLeastStillSigma = 0.03;
-constexpr double kLeastMovingSigma = 0.08;
+constexpr double kMinStillSigma = 0.03;
+constexpr double kMinMovingSigma = 0.08;
 constexpr double kStandsBelow = 0.005;  ///< displacement as a share of a steady step
 constexpr double kFullAbove = 0.98;
 
@@ -95,7 +95,7 @@ double Variance(const Prepared& p, const ChangePair& pair, double latency_s, dou
 
 double Nats(double residual, double variance) {
   return std::min(kCapNats, 0.5 * residual * residual / variance + 0.5 * std::log(variance) +
-                                -std::log(kLeastStillSigma));
+                                -std::log(kMinStillSigma));
 }
 
 double OwnCost(const Prepared& p, double latency_s) {
@@ -182,8 +182,8 @@ void Sharpen(Prepared& p, double latency_s) {
   if (still.size() < 2 || moving.size() < 2) return;
   SetLevels(p, Median(still), Median(moving));
   const double contrast = std::max(p.levels.moving - p.levels.still, 1e-12);
-  p.levels.still_sigma = std::max(kLeastStillSigma, RobustStandardDeviation(still) / contrast);
-  p.levels.moving_sigma = std::max(kLeastMovingSigma, RobustStandardDeviation(moving) / contrast);
+  p.levels.still_sigma = std::max(kMinStillSigma, RobustStandardDeviation(still) / contrast);
+  p.levels.moving_sigma = std::max(kMinMovingSigma, RobustStandardDeviation(moving) / contrast);
 }
 
 tl::unexpected<Error> Refuse(std::string reason) {
@@ -223,9 +223,9 @@ Result<void> FindFrozen(Prepared& p, std::size_t number, double latency_s) {
   for (std::size_t i = 0; i < share.size(); ++i) {
     if (share[i] < kFrozenBelow) p.levels.frozen.push_back(frame[i]);
   }
-  constexpr double kMostFrozen = 0.15;
+  constexpr double kMaxFrozen = 0.15;
   if (static_cast<double>(p.levels.frozen.size()) >
-      kMostFrozen * static_cast<double>(share.size())) {
+      kMaxFrozen * static_cast<double>(share.size())) {
     return Refuse(fmt::format(
         "sweep {}: the picture stands still in {} of {} frames in which the head should move; did "
         "the head stop, or does the camera repeat frames?",
@@ -259,14 +259,14 @@ Result<void> CheckTrack(Prepared& p, std::size_t number, double latency_s) {
         "{:.3g} while it moves, which tells nothing; is the laser on and in the picture?",
         number, p.levels.still, p.levels.moving));
   }
-  if (std::min(before, after) < kLeastStill) {
+  if (std::min(before, after) < kMinStill) {
     return Refuse(fmt::format(
         "sweep {}: {} frames of a standing head before the motion and {} after it; {} on either "
         "side are wanted: record for half a second longer",
-        number, before, after, kLeastStill));
+        number, before, after, kMinStill));
   }
-  constexpr double kMostRestless = 0.2;
-  if (static_cast<double>(restless) > kMostRestless * static_cast<double>(standing)) {
+  constexpr double kMaxRestless = 0.2;
+  if (static_cast<double>(restless) > kMaxRestless * static_cast<double>(standing)) {
     return Refuse(
         fmt::format("sweep {}: the picture changes in {} of {} frames in which the head should "
                     "stand; does something else move the head, or is the light unsteady?",
@@ -332,8 +332,8 @@ Result<LatencyFit> FitLatency(std::span<const ChangeTrack> tracks, const Latency
       return sum;
     };
   };
-  const double from_s = search.least_s - search.beyond_s;
-  const double to_s = search.most_s + search.beyond_s;
+  const double from_s = search.min_s - search.beyond_s;
+  const double to_s = search.max_s + search.beyond_s;
   const double rough_s = BestOf(from_s, to_s, period_s / 4, all(RoughCost));
   for (Prepared& p : prepared) Sharpen(p, rough_s);
   for (std::size_t i = 0; i < prepared.size(); ++i) {
@@ -344,23 +344,23 @@ Result<LatencyFit> FitLatency(std::span<const ChangeTrack> tracks, const Latency
   const double best_s =
       BestOf(rough_s - 3 * period_s, rough_s + 3 * period_s, period_s / 8, all(OwnCost), &lowest);
   const double allowed_s =
-      BestOf(search.least_s, search.most_s, period_s / 8, all(OwnCost), &allowed_lowest);
+      BestOf(search.min_s, search.max_s, period_s / 8, all(OwnCost), &allowed_lowest);
   constexpr double kContradiction = 10;
   if (allowed_lowest > lowest + kContradiction) {
-    const bool early = best_s < search.least_s;
+    const bool early = best_s < search.min_s;
     return Refuse(fmt::format(
         "the picture shows the motion {:.0f} ms {} than the clocks allow: frames would be taken "
         "{:.0f} ms before their stamps, where {:.0f} … {:.0f} ms are possible; the camera's stamps "
         "or the printer's clock are off by that much",
-        1e3 * (early ? search.least_s - best_s : best_s - search.most_s),
-        early ? "earlier" : "later", 1e3 * best_s, 1e3 * search.least_s, 1e3 * search.most_s));
+        1e3 * (early ? search.min_s - best_s : best_s - search.max_s), early ? "earlier" : "later",
+        1e3 * best_s, 1e3 * search.min_s, 1e3 * search.max_s));
   }
   const double centre_s = allowed_lowest > lowest ? allowed_s : best_s;
   std::vector<double> at;
   std::vector<double> cost;
   const double reach_s = 2 * period_s;
   for (double t = centre_s - reach_s; t <= centre_s + reach_s; t += kGrid_s) {
-    if (t < search.least_s || t > search.most_s) continue;
+    if (t < search.min_s || t > search.max_s) continue;
     at.push_back(t);
     // Neighbouring pairs share a frame and its noise, so they contain less information than as many
     // independent ones.

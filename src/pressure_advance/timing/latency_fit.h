@@ -27,8 +27,8 @@ struct ChangeTrack {
 };
 
 struct LatencySearch {
-  double least_s = 0;  ///< the latencies that the clocks allow
-  double most_s = 0;
+  double min_s = 0;  ///< the latencies that the clocks allow
+  double max_s = 0;
   double beyond_s = 0;  ///< margin around them to search for a contradiction
 };
 

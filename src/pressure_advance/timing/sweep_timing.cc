@@ -196,7 +196,7 @@ SessionTiming MatchSweeps(std::span<const SweepObservation> sweeps, double nomin
   std::vector<ChangeTrack> tracks;
   for (std::size_t i = 0; i < sweeps.size(); ++i) {
     tracks.push_back(TrackOf(sweeps[i], (*stamps)[i]));
-    if (tracks.back().pairs.size() < 2 * kLeastStill) {
+    if (tracks.back().pairs.size() < 2 * kMinStill) {
       return Refused(fmt::format("sweep {}: only {} pairs of neighbouring frames can be compared",
                                  i + 1, tracks.back().pairs.size()),
                      notices);
@@ -207,12 +207,12 @@ SessionTiming MatchSweeps(std::span<const SweepObservation> sweeps, double nomin
   const LatencyFit& fit = agreed->fit;
   SessionTiming session;
   session.notices = std::move(notices);
-  constexpr double kMostUncertain_s = 0.02;
-  if (fit.sigma_s > kMostUncertain_s) {
+  constexpr double kMaxUncertain_s = 0.02;
+  if (fit.sigma_s > kMaxUncertain_s) {
     session.latency_s = Measured::CannotTell(fmt::format(
         "the moment at which frames are taken is known to {:.1f} ms only (standard uncertainty), "
         "and {:.1f} ms are wanted; sweep with slower ramps, or more lines",
-        1e3 * fit.sigma_s, 1e3 * kMostUncertain_s));
+        1e3 * fit.sigma_s, 1e3 * kMaxUncertain_s));
     return session;
   }
   session.latency_s =

@@ -68,7 +68,7 @@ struct SweepObservation {
 /// The longest latency: of camera and, without capture times, delivery.
 inline constexpr double kLongestLatency_s = 0.25;
 /// Frames of a standing head that are wanted at either end of a sweep.
-inline constexpr std::size_t kLeastStill = 5;
+inline constexpr std::size_t kMinStill = 5;
 
 enum class FrameMotion {
   kStanding,  ///< the head stands, or might within the uncertainty of the time

@@ -66,7 +66,7 @@ constexpr auto kPatience = std::chrono::seconds(10);  // for a client that is id
 constexpr std::size_t kRequestBytes = 8192;
 // Kernel's buffer for one client: a few frames, then they are dropped here.
 constexpr int kSendBufferBytes = 256 * 1024;
-constexpr std::size_t kMostClients = 32;
+constexpr std::size_t kMaxClients = 32;
 
 SendTimes TimesOfSending() {
   return {
@@ -282,7 +282,7 @@ class Server final : public CameraHttp {
   void Accept() {
     acceptor_.async_accept([this](ErrorCode error, tcp::socket socket) {
       if (error == net::error::operation_aborted) return;
-      if (!error && open_ && hub_.clients.size() < kMostClients) {
+      if (!error && open_ && hub_.clients.size() < kMaxClients) {
         const auto client = std::make_shared<Client>(std::move(socket), hub_);
         hub_.clients.insert(client);
         client->Start();

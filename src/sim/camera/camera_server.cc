@@ -92,7 +92,7 @@ Result<void> CameraTruthLog::WriteTo(const std::filesystem::path& path) {
 void CameraTruthLog::Add(const CameraTruth& truth) {
   const std::lock_guard lock(mutex_);
   rows_.push_back(truth);
-  if (rows_.size() > kMostRows) rows_.pop_front();
+  if (rows_.size() > kMaxRows) rows_.pop_front();
   if (!file_) return;
   const std::string row = fmt::format(
       "{{\"frame\": {}, \"capture_s\": {:.6f}, \"stamp_s\": {:.6f}, \"sent_s\": {:.6f}, "
@@ -114,7 +114,7 @@ std::vector<CameraTruth> CameraTruthLog::rows() const {
 
 namespace {
 
-constexpr double kMostBehindS = 0.3;  // drawing may fall behind by this before frames are lost
+constexpr double kMaxBehindS = 0.3;  // drawing may fall behind by this before frames are lost
 constexpr std::size_t kStillFrames = 8;
 constexpr double kStampStepS = 1e-3;  // ustreamer cuts its stamps to whole multiples
 
@@ -163,11 +163,11 @@ Frame Resized(const Frame& frame, int width, int height) {
 class Running final : public CameraServer {
  public:
   Running(const CameraServerOptions& options, std::shared_ptr<const MachineSource> machine,
-          const Random& eye)
+          const Random& optics)
       : options_(options),
         machine_(std::move(machine)),
-        view_(DrawHeadEye(options.condition, eye), options.view, eye.Fork(1)),
-        random_(eye.Fork(2)),
+        view_(DrawHeadOptics(options.condition, optics), options.view, optics.Fork(1)),
+        random_(optics.Fork(2)),
         started_s_(MonotonicNow()) {
     for (const CameraFault& fault : options.faults) faults_.Add(fault);
   }
@@ -200,17 +200,17 @@ class Running final : public CameraServer {
     faults_.Add(later);
   }
   std::vector<CameraTruth> truth() const override { return log_.rows(); }
-  const HeadEye& eye() const override { return view_.eye(); }
+  const HeadOptics& optics() const override { return view_.optics(); }
 
  private:
   void Run() {
     RaiseThisThread(ThreadUrgency::kWorking);  // a camera has a processor of its own
-    const double jitter_s = view_.eye().dark.frame_jitter_s / options_.machine_time_scale;
+    const double jitter_s = view_.optics().dark.frame_jitter_s / options_.machine_time_scale;
     const double half_s = view_.exposure_s() / 2 / options_.machine_time_scale;
-    const double most_s = 0.4 / options_.frames_per_s;
+    const double max_s = 0.4 / options_.frames_per_s;
     for (std::int64_t frame = 0;; ++frame) {
       const double capture_s = started_s_ + static_cast<double>(frame + 1) / options_.frames_per_s +
-                               std::clamp(random_.Normal(0, jitter_s), -most_s, most_s);
+                               std::clamp(random_.Normal(0, jitter_s), -max_s, max_s);
       if (!WaitUntil(capture_s + half_s)) return;
       (void)NoteBug([&] { Capture(frame, capture_s); });  // a failed frame is lost
     }
@@ -237,7 +237,7 @@ class Running final : public CameraServer {
       http_->SetOpen(open_);
     }
     if (faults.stall || lost || !open_ || !http_->wanted()) return;
-    if (MonotonicNow() - capture_s > kMostBehindS) return;
+    if (MonotonicNow() - capture_s > kMaxBehindS) return;
     CameraTruth truth;
     CameraPart part = Draw(capture_s, faults, truth);
     part.frame = truth.frame = frame;
@@ -329,11 +329,11 @@ Result<void> Within(std::string_view field, double value, double lo, double hi) 
 
 Result<std::unique_ptr<CameraServer>> CameraServer::Start(
     const CameraServerOptions& options, std::shared_ptr<const MachineSource> machine,
-    const Random& eye) {
+    const Random& optics) {
   TRY(Within("frame width", options.view.frame_width_px, 64, kSensorWidthPx));
   TRY(Within("frame height", options.view.frame_height_px, 64, kSensorHeightPx));
   TRY(Within("frames per second", options.frames_per_s, 1, 1000));
-  auto server = std::make_unique<Running>(options, std::move(machine), eye);
+  auto server = std::make_unique<Running>(options, std::move(machine), optics);
   TRY(server->Start());
   return server;
 }

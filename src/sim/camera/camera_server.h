@@ -98,7 +98,7 @@ class CameraTruthLog {
   [[nodiscard]] std::vector<CameraTruth> rows() const;
 
  private:
-  static constexpr std::size_t kMostRows = 100000;
+  static constexpr std::size_t kMaxRows = 100000;
   mutable std::mutex mutex_;
   std::deque<CameraTruth> rows_;
   struct Close {
@@ -124,13 +124,13 @@ struct CameraServerOptions {
 /// Camera server. Frames are drawn only while a client is connected. One thread draws, one serves.
 class CameraServer {
  public:
-  /// @param eye     Names the eye: see DrawHeadEye, which CameraServer calls with it. Equal
+  /// @param eye     Names the eye: see DrawHeadOptics, which CameraServer calls with it. Equal
   ///                generators, equal eyes and textures.
   /// Errors: (kInput) a frame of another size; a truth file that cannot be created; (kMachine) a
   /// port in use.
   [[nodiscard]] static Result<std::unique_ptr<CameraServer>> Start(
       const CameraServerOptions& options, std::shared_ptr<const MachineSource> machine,
-      const Random& eye);
+      const Random& optics);
 
   virtual ~CameraServer() = default;  ///< Closes every connection.
 
@@ -140,7 +140,7 @@ class CameraServer {
   /// Returns every frame sent so far, oldest first.
   [[nodiscard]] virtual std::vector<CameraTruth> truth() const = 0;
   /// Returns the rendering camera: its traits are part of the truth.
-  [[nodiscard]] virtual const HeadEye& eye() const = 0;
+  [[nodiscard]] virtual const HeadOptics& optics() const = 0;
 };
 
 }  // namespace trammel::sim

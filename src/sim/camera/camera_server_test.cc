@@ -129,7 +129,7 @@ TEST(CameraServer, FramesShowTheMachineAtTheirCaptureTimeWhateverTheDelivery) {
     std::vector<double> columns;
     for (int row = 8; row < 56; ++row) columns.push_back(StripeColumn(frame, row, 60));
     std::nth_element(columns.begin(), columns.begin() + 24, columns.end());
-    const double expected = AtRise(server->eye().dark, rise_mm(stamp_s)).stripe_column_px;
+    const double expected = AtRise(server->optics().dark, rise_mm(stamp_s)).stripe_column_px;
     EXPECT_NEAR(columns[24], expected, kTolerancePx) << "seed " << kSeed;
     moving += rise_mm(stamp_s) > 0 && rise_mm(stamp_s) < 4 ? 1 : 0;
   }
@@ -159,7 +159,7 @@ TEST(CameraServer, TruthNamesEveryFrameThatWasSent) {
     EXPECT_GT(truth[i].stamp_s, truth[i].capture_s - 1.001e-3);  // cut to milliseconds
     EXPECT_NEAR(truth[i].machine.x_mm, 10 * std::fmod(truth[i].capture_s, 20), 1e-6);
     EXPECT_NEAR(truth[i].spot.x_mm - truth[i].machine.x_mm,
-                28 + server->eye().dark.position_error_mm, 1e-9);
+                28 + server->optics().dark.position_error_mm, 1e-9);
     EXPECT_GE(truth[i].sent_s, truth[i].capture_s + options.latency_s);
   }
   const std::string text = test::ReadWhole(options.truth_file);
@@ -212,9 +212,9 @@ TEST(OwnHost, IsThisComputerUnderNoNameThatWasMadeToPointHere) {
 // What a client sees of a stream of up to 40 frames.
 struct Seen {
   int frames = 0;
-  double widest_s = 0;         // between the stamps of two frames
-  double most_ahead_s = -1e9;  // of a stamp over its arrival
-  int lost = 0;                // between the first frame and the last
+  double widest_s = 0;        // between the stamps of two frames
+  double max_ahead_s = -1e9;  // of a stamp over its arrival
+  int lost = 0;               // between the first frame and the last
   bool bright = false;
   bool dark_behind_bright = false;
   std::set<int> widths_px;
@@ -236,7 +236,7 @@ Seen Watch(const CameraFault& fault) {
     const double stamp_s = part->number("X-UStreamer-Grab-Begin-Time");
     if (last_s > 0) seen.widest_s = std::max(seen.widest_s, stamp_s - last_s);
     last_s = stamp_s;
-    seen.most_ahead_s = std::max(seen.most_ahead_s, stamp_s - MonotonicNow());
+    seen.max_ahead_s = std::max(seen.max_ahead_s, stamp_s - MonotonicNow());
     const Frame frame = DecodeJpeg(part->body);
     seen.widths_px.insert(frame.width);
     int brightest = 0;
@@ -265,7 +265,7 @@ TEST(CameraFault, EachDoesToTheStreamWhatItsNameSays) {
   for (const Row& row :
        {Row{CameraFaultKind::kStall, 0.5, [](const Seen& s) { return s.widest_s > 0.45; }},
         Row{CameraFaultKind::kDropFrames, kForGood, [](const Seen& s) { return s.lost > 8; }},
-        Row{CameraFaultKind::kTimeJump, 0.2, [](const Seen& s) { return s.most_ahead_s > 2; }},
+        Row{CameraFaultKind::kTimeJump, 0.2, [](const Seen& s) { return s.max_ahead_s > 2; }},
         Row{CameraFaultKind::kSizeChange, kForGood,
             [](const Seen& s) {
               return s.widths_px == std::set<int>{160, 200};

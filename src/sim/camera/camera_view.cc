@@ -93,7 +93,7 @@ std::uint64_t SpeckleAt(double x_mm, double y_mm) {
 
 }  // namespace
 
-HeadEye DrawHeadEye(const Condition& condition, const Random& random) {
+HeadOptics DrawHeadOptics(const Condition& condition, const Random& random) {
   const auto draw = [&](bool ambient) {
     Random again = random;  // the same draws: only the light differs
     return DrawLaserTraits({condition.plate, condition.filament, ambient}, again);
@@ -137,14 +137,15 @@ bool LookAlike(const CameraMoment& a, const CameraMoment& b) {
                     a.machine.z_mm - b.machine.z_mm) < kNearMm;
 }
 
-CameraView::CameraView(const HeadEye& eye, const CameraViewOptions& options, const Random& random)
-    : eye_(MountEye(eye, options.rig)),
+CameraView::CameraView(const HeadOptics& optics, const CameraViewOptions& options,
+                       const Random& random)
+    : optics_(MountOptics(optics, options.rig)),
       mount_(options.mount),
       map_(MapOf(options.rig)),
       picture_(WindowAroundCrop(options.frame_width_px, options.frame_height_px)),
       upright_(map_.identity() ? picture_ : UprightWindow(map_, picture_)),
       motion_(options.rig, random.Fork(3)),
-      camera_(eye.condition, eye_.dark, upright_, random.Fork(1)),
+      camera_(optics.condition, optics_.dark, upright_, random.Fork(1)),
       random_(random.Fork(2)) {
   gain_phase_rad_ = random_.Uniform(0, 2 * std::numbers::pi);
 }
@@ -155,7 +156,7 @@ void CameraView::Settle(CameraMoment& moment) {
 }
 
 double CameraView::exposure_s() const {
-  return std::max(eye_.dark.exposure_s, eye_.lit.exposure_s);
+  return std::max(optics_.dark.exposure_s, optics_.lit.exposure_s);
 }
 
 CameraMoment CameraView::MomentAt(const MachineSource& machine, double mid_exposure_s,
@@ -166,7 +167,7 @@ CameraMoment CameraView::MomentAt(const MachineSource& machine, double mid_expos
   moment.machine = machine.At(mid_exposure_s);
   moment.bed = machine.bed(mid_exposure_s);
   const double half_s =
-      (moment.machine.lights_on ? eye_.lit : eye_.dark).exposure_s / 2 / machine_time_scale;
+      (moment.machine.lights_on ? optics_.lit : optics_.dark).exposure_s / 2 / machine_time_scale;
   const MachineView before = machine.At(mid_exposure_s - half_s);
   const MachineView after = machine.At(mid_exposure_s + half_s);
   moment.travel_x_mm = after.x_mm - before.x_mm;
@@ -175,25 +176,25 @@ CameraMoment CameraView::MomentAt(const MachineSource& machine, double mid_expos
 }
 
 CameraView::Spot CameraView::LaserSpot(const MachineView& machine) const {
-  return {machine.x_mm + mount_.offset_x_mm + eye_.dark.position_error_mm,
+  return {machine.x_mm + mount_.offset_x_mm + optics_.dark.position_error_mm,
           machine.y_mm + mount_.offset_y_mm};
 }
 
 void CameraView::Focus(double rise_mm, bool lit) {
   if (rise_mm == rise_mm_ && lit == lit_) return;
-  camera_.SetTraits(AtRise(lit ? eye_.lit : eye_.dark, rise_mm));
+  camera_.SetTraits(AtRise(lit ? optics_.lit : optics_.dark, rise_mm));
   rise_mm_ = rise_mm;
   lit_ = lit;
 }
 
 // Redraws the surroundings unless the cached ones are still valid.
 void CameraView::KeepScene(const CameraMoment& moment, const Spot& spot, double rise_mm) {
-  const LaserTraits traits = AtRise(eye_.dark, rise_mm);
+  const LaserTraits traits = AtRise(optics_.dark, rise_mm);
   Look look;
   look.bed = moment.bed;
   look.lit = moment.machine.lights_on;
   look.cell_mm = CellFor(traits.px_per_mm);
-  look.blur_step = BlurStep(LensBlurMm(eye_.dark, rise_mm) / look.cell_mm);
+  look.blur_step = BlurStep(LensBlurMm(optics_.dark, rise_mm) / look.cell_mm);
   look.region = camera_.RegionInView(spot.x_mm, spot.y_mm);
   const bool holds = scene_ && look.lit == look_.lit && look.cell_mm == look_.cell_mm &&
                      look.blur_step == look_.blur_step && Covers(look_.region, look.region) &&
@@ -225,9 +226,9 @@ void CameraView::Render(const CameraMoment& moment, Frame& frame) {
   const bool lit = moment.machine.lights_on;
   Focus(rise_mm, lit);
   Spot spot = LaserSpot(moment.machine);
-  spot.x_mm += rise_mm * std::tan(eye_.dark.laser_angle_rad);
+  spot.x_mm += rise_mm * std::tan(optics_.dark.laser_angle_rad);
   KeepScene(moment, spot, rise_mm);
-  const LaserTraits& traits = lit ? eye_.lit : eye_.dark;
+  const LaserTraits& traits = lit ? optics_.lit : optics_.dark;
   const double gain =
       1 + traits.gain_drift * std::sin(gain_phase_rad_ +
                                        2 * std::numbers::pi * moment.time_s / traits.gain_period_s);

@@ -15,7 +15,7 @@ namespace trammel::sim {
 
 /// Draws a camera consistent with plate and filament. A generator in the same state gives
 /// RecordScan the same camera, in the dark and lit.
-[[nodiscard]] HeadEye DrawHeadEye(const Condition& condition, const Random& random);
+[[nodiscard]] HeadOptics DrawHeadOptics(const Condition& condition, const Random& random);
 
 struct CameraViewOptions {
   CameraMount mount;
@@ -45,7 +45,7 @@ struct CameraMoment {
 class CameraView {
  public:
   /// @param random  As RecordScan's: names the textures; afterwards, noise and drift.
-  CameraView(const HeadEye& eye, const CameraViewOptions& options, const Random& random);
+  CameraView(const HeadOptics& optics, const CameraViewOptions& options, const Random& random);
 
   /// Queries the machine's state for an exposure centred on `mid_exposure_s`.
   /// @param machine_time_scale  the machine's speed relative to real time: the exposure is
@@ -58,7 +58,7 @@ class CameraView {
   void Settle(CameraMoment& moment);
 
   /// Returns this head's camera: its traits with the rig's deviations.
-  [[nodiscard]] const HeadEye& eye() const { return eye_; }
+  [[nodiscard]] const HeadOptics& optics() const { return optics_; }
 
   /// Returns the maximum exposure, at natural speed.
   [[nodiscard]] double exposure_s() const;
@@ -86,7 +86,7 @@ class CameraView {
   void Focus(double rise_mm, bool lit);
   void KeepScene(const CameraMoment& moment, const Spot& spot, double rise_mm);
 
-  HeadEye eye_;
+  HeadOptics optics_;
   CameraMount mount_;
   PictureMap map_;
   SensorWindow picture_;  // on the sensor, as read out

@@ -14,14 +14,14 @@ constexpr double kPositionTolerancePx = 0.06;
 constexpr double kFocusMm = 17.86;
 constexpr double kFineMoveMm = 0.5;
 
-HeadEye IdealEye() {
-  HeadEye eye;
-  eye.dark.plate.peak = 0.9;
-  eye.dark.filament.peak = 0.9;
-  eye.lit = eye.dark;
-  eye.lit.plate.ambient_bgr = {48, 42, 31};
-  eye.lit.filament.ambient_bgr = {90, 97, 100};
-  return eye;
+HeadOptics IdealLaserCamera() {
+  HeadOptics optics;
+  optics.dark.plate.peak = 0.9;
+  optics.dark.filament.peak = 0.9;
+  optics.lit = optics.dark;
+  optics.lit.plate.ambient_bgr = {48, 42, 31};
+  optics.lit.filament.ambient_bgr = {90, 97, 100};
+  return optics;
 }
 
 // The head stands so that the laser meets the plate at (x, y) when in focus.
@@ -35,7 +35,7 @@ CameraMoment HeadAt(const Bed& bed, double x_mm, double y_mm, double z_mm = kFoc
 CameraViewOptions Window(int width_px, int height_px) { return {{}, width_px, height_px}; }
 
 Frame Look(const CameraMoment& moment, int width_px = 160, int height_px = 120) {
-  CameraView view(IdealEye(), Window(width_px, height_px), Random(1));
+  CameraView view(IdealLaserCamera(), Window(width_px, height_px), Random(1));
   Frame frame;
   view.Render(moment, frame);
   return frame;
@@ -90,7 +90,7 @@ TEST(CameraView, NoStripeWithTheLaserOff) {
 
 TEST(CameraView, WhatIsKeptBetweenFramesShowsWhatAFreshViewShows) {
   const Bed bed = StraightBead(100, 130, 120, 0.6, 0.3);
-  CameraView kept(IdealEye(), Window(160, 120), Random(1));
+  CameraView kept(IdealLaserCamera(), Window(160, 120), Random(1));
   Frame frame;
   for (int i = 0; i < 60; ++i) {
     CameraMoment moment = HeadAt(bed, 98 + kFineMoveMm * i, 120 + 0.02 * i, kFocusMm + 0.01 * i);

@@ -47,8 +47,8 @@ double Follow(double follower, double leader, double slack) {
 
 }  // namespace
 
-HeadEye MountEye(const HeadEye& eye, const HeadRig& rig) {
-  return {eye.condition, MountTraits(eye.dark, rig), MountTraits(eye.lit, rig)};
+HeadOptics MountOptics(const HeadOptics& optics, const HeadRig& rig) {
+  return {optics.condition, MountTraits(optics.dark, rig), MountTraits(optics.lit, rig)};
 }
 
 PictureMap::Place PictureMap::Upright(Place picture) const {
@@ -143,9 +143,9 @@ void RigMotion::Settle(MachineView& machine) {
   if (rig_.backlash_mm[0] > 0) machine.x_mm = head_mm_[0];
   if (rig_.backlash_mm[1] > 0) machine.y_mm = head_mm_[1];
   if (rig_.backlash_mm[2] > 0) machine.z_mm = head_mm_[2];
-  if (rig_.mount_play_mm <= 0) return;
+  if (rig_.mount_backlash_mm <= 0) return;
   if (reverses) {
-    const double radius = rig_.mount_play_mm * std::sqrt(random_.Uniform());
+    const double radius = rig_.mount_backlash_mm * std::sqrt(random_.Uniform());
     const double angle = random_.Uniform(0, 2 * std::numbers::pi);
     shift_x_mm_ = radius * std::cos(angle);
     shift_y_mm_ = radius * std::sin(angle);
@@ -199,8 +199,8 @@ MountedRig DrawHeadRig(Random random) {
 }
 
 Result<void> WriteRigTruth(const std::filesystem::path& path, const MountedRig& rig,
-                           const HeadEye& eye, std::uint64_t seed) {
-  const LaserTraits traits = MountEye(eye, rig.rig).dark;
+                           const HeadOptics& optics, std::uint64_t seed) {
+  const LaserTraits traits = MountOptics(optics, rig.rig).dark;
   const double offset_x_mm = rig.mount.offset_x_mm + traits.position_error_mm;
   const PictureMap map = MapOf(rig.rig);
   const auto spot = map.Picture({traits.stripe_column_px, traits.line_row_px});
@@ -228,7 +228,7 @@ Result<void> WriteRigTruth(const std::filesystem::path& path, const MountedRig& 
                                         {"room_brightness", rig.rig.room_brightness},
                                         {"plate_peak", traits.plate.peak},
                                         {"filament_peak", traits.filament.peak},
-                                        {"mount_play_mm", rig.rig.mount_play_mm},
+                                        {"mount_play_mm", rig.rig.mount_backlash_mm},
                                         {"backlash_mm", rig.rig.backlash_mm}};
   return files::WriteWholeFile(
       path, truth.dump(1, ' ', false, nlohmann::json::error_handler_t::replace) + "\n",

@@ -39,7 +39,7 @@ class MachineSource {
 };
 
 /// Camera with laser as mounted on one head: the same in the dark and with the lights on.
-struct HeadEye {
+struct HeadOptics {
   Condition condition;  ///< plate and filament; its light means nothing here
   LaserTraits dark;     ///< looks and exposure with the lights off
   LaserTraits lit;      ///< and with the lights on; REQUIRES the same geometry
@@ -61,7 +61,8 @@ struct HeadRig {
   double room_brightness = 1;   ///< factor of all other light, 0 … 20
   bool flip_x = false;          ///< the picture is mirrored left to right,
   bool flip_y = false;          ///< top to bottom; both: the camera is mounted the other way round
-  double mount_play_mm = 0;  ///< each reversal of an axis leaves the eye within this of its place
+  double mount_backlash_mm =
+      0;  ///< each reversal of an axis leaves the eye within this of its place
   std::array<double, 3> backlash_mm = {0, 0, 0};  ///< x, y and z: the head lags by half of it
 };
 
@@ -96,14 +97,14 @@ inline constexpr NamedNumber<MountedRig> kHeadRigNumbers[] = {
     {"room-brightness", [](double v, MountedRig& r) { r.rig.room_brightness = v; }, 0, 20},
     {"flip-x", [](double v, MountedRig& r) { r.rig.flip_x = v >= 0.5; }, 0, 1},
     {"flip-y", [](double v, MountedRig& r) { r.rig.flip_y = v >= 0.5; }, 0, 1},
-    {"mount-play-mm", [](double v, MountedRig& r) { r.rig.mount_play_mm = v; }, 0, 2},
+    {"mount-play-mm", [](double v, MountedRig& r) { r.rig.mount_backlash_mm = v; }, 0, 2},
     {"backlash-x-mm", [](double v, MountedRig& r) { r.rig.backlash_mm[0] = v; }, 0, 2},
     {"backlash-y-mm", [](double v, MountedRig& r) { r.rig.backlash_mm[1] = v; }, 0, 2},
     {"backlash-z-mm", [](double v, MountedRig& r) { r.rig.backlash_mm[2] = v; }, 0, 2},
 };
 
 /// Returns the camera with scale, angles and brightness of this head.
-[[nodiscard]] HeadEye MountEye(const HeadEye& eye, const HeadRig& rig);
+[[nodiscard]] HeadOptics MountOptics(const HeadOptics& optics, const HeadRig& rig);
 
 /// Maps positions in the picture to an upright, unmirrored sensor; both have their origin in the
 /// first pixel of the full sensor.
@@ -157,9 +158,9 @@ class RigMotion {
 };
 
 /// Writes the truth of a head as JSON (docs/reference/formats.md).
-/// @param eye  As drawn, before MountEye.
+/// @param eye  As drawn, before MountOptics.
 /// Error (kInput): the file exists already or cannot be created.
 [[nodiscard]] Result<void> WriteRigTruth(const std::filesystem::path& path, const MountedRig& rig,
-                                         const HeadEye& eye, std::uint64_t seed);
+                                         const HeadOptics& optics, std::uint64_t seed);
 
 }  // namespace trammel::sim

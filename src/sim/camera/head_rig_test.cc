@@ -25,18 +25,18 @@ constexpr double kMarkTolerancePx = 1;
 constexpr double kFocusMm = 17.86;
 constexpr double kDegree = std::numbers::pi / 180;
 
-HeadEye IdealEye() {
-  HeadEye eye;
-  eye.dark.plate.peak = 0.9;
-  eye.dark.filament.peak = 0.9;
-  eye.lit = eye.dark;
-  eye.lit.plate.ambient_bgr = {20, 20, 20};
-  eye.lit.filament.ambient_bgr = {200, 200, 200};
-  return eye;
+HeadOptics IdealLaserCamera() {
+  HeadOptics optics;
+  optics.dark.plate.peak = 0.9;
+  optics.dark.filament.peak = 0.9;
+  optics.lit = optics.dark;
+  optics.lit.plate.ambient_bgr = {20, 20, 20};
+  optics.lit.filament.ambient_bgr = {200, 200, 200};
+  return optics;
 }
 
 Frame Look(const MountedRig& rig, const CameraMoment& moment, int width = 1280, int height = 720) {
-  CameraView view(IdealEye(), {rig.mount, width, height, rig.rig}, Random(1));
+  CameraView view(IdealLaserCamera(), {rig.mount, width, height, rig.rig}, Random(1));
   Frame frame;
   view.Render(moment, frame);
   return frame;

@@ -72,13 +72,13 @@ Result<void> WriteJson(const std::filesystem::path& path, const ordered_json& va
 }
 
 // Sweeps one line into its video.
-Result<void> RecordLine(const Bed& bed, const PatternLine& stroke, const LaserTraits& eye,
+Result<void> RecordLine(const Bed& bed, const PatternLine& stroke, const LaserTraits& optics,
                         const ScanOptions& options, const std::vector<double>& times_s,
                         LaserCamera& camera, Random& random, const std::filesystem::path& video) {
   const auto laser_at = [&](double time_s) {
     return stroke.start_mm +
            stroke.direction * (options.skip_mm + options.scan_speed_mm_s * time_s) +
-           eye.position_error_mm;
+           optics.position_error_mm;
   };
   const LaserScene scene =
       camera.MakeScene(bed, stroke.across_mm, laser_at(0), laser_at(times_s.back()));
@@ -87,14 +87,14 @@ Result<void> RecordLine(const Bed& bed, const PatternLine& stroke, const LaserTr
   int error = writer.Begin(
       {options.frame_width_px, options.frame_height_px, static_cast<double>(options.frames_per_s)});
   const double phase = random.Uniform(0, 2 * std::numbers::pi);
-  const double travel_mm = stroke.direction * options.scan_speed_mm_s * eye.exposure_s;
+  const double travel_mm = stroke.direction * options.scan_speed_mm_s * optics.exposure_s;
   Frame frame;
   std::vector<std::uint8_t> jpeg;
   for (const double time_s : times_s) {
-    const double gain =
-        1 + eye.gain_drift * std::sin(phase + 2 * std::numbers::pi * time_s / eye.gain_period_s);
+    const double gain = 1 + optics.gain_drift * std::sin(phase + 2 * std::numbers::pi * time_s /
+                                                                     optics.gain_period_s);
     camera.Render(scene, laser_at(time_s), travel_mm, gain, random, frame);
-    EncodeJpeg(frame.view(), eye.jpeg_quality, jpeg);
+    EncodeJpeg(frame.view(), optics.jpeg_quality, jpeg);
     if (error == 0) error = writer.Add(jpeg);
     if (error != 0) return files::CannotWrite(video, error);
   }
@@ -103,7 +103,7 @@ Result<void> RecordLine(const Bed& bed, const PatternLine& stroke, const LaserTr
   return file.Commit();
 }
 
-ordered_json ScanHead(const Plan& plan, const LaserTraits& eye, const ScanOptions& options,
+ordered_json ScanHead(const Plan& plan, const LaserTraits& optics, const ScanOptions& options,
                       const SensorWindow& window) {
   ordered_json scan;
   scan["format"] = 1;
@@ -111,7 +111,7 @@ ordered_json ScanHead(const Plan& plan, const LaserTraits& eye, const ScanOption
   scan["frames_per_s"] = options.frames_per_s;
   scan["scan_speed_mm_s"] = options.scan_speed_mm_s;
   scan["px_per_mm"] = kNominalPxPerMm;
-  scan["laser_angle_deg"] = eye.laser_angle_rad * 180 / std::numbers::pi;
+  scan["laser_angle_deg"] = optics.laser_angle_rad * 180 / std::numbers::pi;
   scan["height_direction"] = "-x";
   scan["crop_px"] = {{"x", 837 - window.x}, {"y", 341 - window.y}, {"width", 45}, {"height", 60}};
   scan["line_start_mm"] = options.skip_mm;
@@ -152,7 +152,7 @@ ScanOptions ScanOptionsFor(const Plan& plan) {
 }
 
 Result<void> RecordScan(const Bed& bed, const Plan& plan, const Condition& condition,
-                        const LaserTraits& eye, const ScanOptions& options, const Random& random,
+                        const LaserTraits& optics, const ScanOptions& options, const Random& random,
                         const std::filesystem::path& folder) {
   const double sweep_mm = plan.line_length_mm - 2 * options.skip_mm;
   const double frame_mm = options.scan_speed_mm_s / options.frames_per_s;
@@ -161,9 +161,9 @@ Result<void> RecordScan(const Bed& bed, const Plan& plan, const Condition& condi
                             plan.line_length_mm, options.skip_mm));
   }
   const SensorWindow window = WindowAroundCrop(options.frame_width_px, options.frame_height_px);
-  ordered_json scan = ScanHead(plan, eye, options, window);
+  ordered_json scan = ScanHead(plan, optics, options, window);
   scan["lines"] = ordered_json::array();
-  LaserCamera camera(condition, eye, window, random.Fork(1));
+  LaserCamera camera(condition, optics, window, random.Fork(1));
   const Bed turned = Turned(bed);
   const int frames = static_cast<int>(std::floor(sweep_mm / frame_mm + 1e-9));
   for (const PlannedLine& line : plan.lines) {
@@ -174,10 +174,10 @@ Result<void> RecordScan(const Bed& bed, const Plan& plan, const Condition& condi
     }
     Random line_random = random.Fork(1000 + index);
     const std::vector<double> times_s =
-        CaptureTimes(frames, options.frames_per_s, eye.frame_jitter_s, line_random);
+        CaptureTimes(frames, options.frames_per_s, optics.frame_jitter_s, line_random);
     const PatternLine stroke = StrokeOf(line);
     const std::string video = fmt::format("line{}.avi", index);
-    TRY(RecordLine(stroke.along_y ? turned : bed, stroke, eye, options, times_s, camera,
+    TRY(RecordLine(stroke.along_y ? turned : bed, stroke, optics, options, times_s, camera,
                    line_random, folder / video));
     const std::string direction =
         std::string(stroke.direction > 0 ? "+" : "-") + (stroke.along_y ? "y" : "x");

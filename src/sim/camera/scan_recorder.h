@@ -34,7 +34,7 @@ struct ScanOptions {
 /// its lines are too short to be scanned. Cost: about 0.7 ms a frame at 160 x 120, 15 ms at full
 /// size.
 [[nodiscard]] Result<void> RecordScan(const Bed& bed, const Plan& plan, const Condition& condition,
-                                      const LaserTraits& eye, const ScanOptions& options,
+                                      const LaserTraits& optics, const ScanOptions& options,
                                       const Random& random, const std::filesystem::path& folder);
 
 /// Writes truth.json (docs/reference/formats.md) into a recording's folder.

@@ -35,9 +35,9 @@ Result<void> Record(const Plan& plan, const ScanOptions& options, std::uint64_t 
                     const std::filesystem::path& folder) {
   Random random(seed);
   const Condition condition;
-  const LaserTraits eye = DrawLaserTraits(condition, random);
+  const LaserTraits optics = DrawLaserTraits(condition, random);
   return RecordScan(StraightBead(100, 100 + plan.line_length_mm, 100, 0.5, 0.25), plan, condition,
-                    eye, options, random, folder);
+                    optics, options, random, folder);
 }
 
 TEST(ScanRecorder, EqualSeedsWriteEqualBytes) {

@@ -53,9 +53,9 @@ Vector3d SurfaceNormal(const Freeform& part, const Vector3d& u) {
 
 double StockAt(const Freeform& part, const Vector3d& at_mm) {
   Vector3d u = at_mm.cwiseQuotient(part.half_mm).normalized();
-  constexpr int kMostRounds = 200;
+  constexpr int kMaxRounds = 200;
   constexpr double kStill_mm = 1e-10;
-  for (int round = 0; round < kMostRounds; ++round) {
+  for (int round = 0; round < kMaxRounds; ++round) {
     const Vector3d off = at_mm - SurfacePoint(part, u);
     const Vector3d normal = SurfaceNormal(part, u);
     const Vector3d aside = off - off.dot(normal) * normal;
@@ -135,14 +135,14 @@ Casting DrawCasting(const Freeform& part, const CastingTraits& traits, std::uint
   for (const Vector3d& u : directions) {
     rows.push_back(Row(SurfacePoint(part, u), SurfaceNormal(part, u), part.half_mm.maxCoeff()));
     casting.stock_mm.push_back(
-        traits.missing_mm ? traits.least_mm - *traits.missing_mm
+        traits.missing_mm ? traits.min_mm - *traits.missing_mm
                           : traits.wanted_mm + traits.waves_mm * std::sin(4 * u.dot(wave) + phase));
   }
   casting.dent.assign(directions.size(), false);
   for (int i = 0; i < traits.dents && !traits.missing_mm; ++i) {
     const std::size_t at = random.Below(directions.size());
     casting.dent[at] = true;
-    casting.stock_mm[at] = traits.least_mm;
+    casting.stock_mm[at] = traits.min_mm;
   }
   if (!traits.missing_mm) Balance(rows, traits, casting);
   for (std::size_t i = 0; i < directions.size(); ++i) {

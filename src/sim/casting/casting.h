@@ -40,7 +40,7 @@ struct Freeform {
 struct CastingTraits {
   int points = 10'000;    ///< spread evenly over all directions
   double wanted_mm = 3;   ///< stock allowance that is aimed at
-  double least_mm = 0.5;  ///< minimum at every point, including the guard
+  double min_mm = 0.5;    ///< minimum at every point, including the guard
   double waves_mm = 0.5;  ///< undulation of the stock
   int dents = 3;  ///< points with just the least, on which the best placement rests; 0 … 6
   double pressing_mm = 0.02;  ///< how hard it rests on each, as a shift of all stock

@@ -63,7 +63,7 @@ TEST(Casting, NoSmallMotionIsBothMoreEvenAndLeavesTheLeast) {
   };
   double least = 0;
   const double best = judge(Eigen::Matrix3d::Identity(), Vector3d::Zero(), least);
-  EXPECT_NEAR(least, traits.least_mm, 1e-6);
+  EXPECT_NEAR(least, traits.min_mm, 1e-6);
   Random random(kSeed + 1);
   int allowed = 0;
   for (int trial = 0; trial < 60; ++trial) {
@@ -72,7 +72,7 @@ TEST(Casting, NoSmallMotionIsBothMoreEvenAndLeavesTheLeast) {
     const Eigen::Matrix3d turn = Eigen::AngleAxisd(angle, axis).toRotationMatrix();
     const double sum = judge(
         turn, {random.Normal(0, 0.05), random.Normal(0, 0.05), random.Normal(0, 0.05)}, least);
-    if (least < traits.least_mm) continue;
+    if (least < traits.min_mm) continue;
     ++allowed;
     EXPECT_GT(sum, best);
   }

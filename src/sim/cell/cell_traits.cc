@@ -16,7 +16,7 @@ struct Relative {
   double slope = 0;
 };
 
-Relative At(const ContactLaw& law, double x) {
+Relative At(const ContactStiffness& law, double x) {
   const double a = law.share;
   switch (law.kind) {
     case ContactKind::kLinear:
@@ -35,7 +35,7 @@ Relative At(const ContactLaw& law, double x) {
   return {x, 1};
 }
 
-double BedForce(const ContactLaw& law, double depth_mm) {
+double BedForce(const ContactStiffness& law, double depth_mm) {
   if (depth_mm <= 0) return 0;
   const double x = depth_mm / law.reference_mm;
   const Relative at = At(law, std::min(x, 1.0));
@@ -45,13 +45,13 @@ double BedForce(const ContactLaw& law, double depth_mm) {
 
 // Solves d = x + (1 - s) T (1 - exp(-x / (s T))) for x by Newton's method, which from 0 converges
 // monotonically, as the right side is concave.
-double BehindExponentialToe(const ContactLaw& law, double depth_mm) {
+double BehindExponentialToe(const ContactStiffness& law, double depth_mm) {
   constexpr double kToMm = 1e-12;
-  constexpr int kMostSteps = 100;
+  constexpr int kMaxSteps = 100;
   const double film_mm = (1 - law.toe_share) * law.toe_mm;
   const double packed_mm = law.toe_share * law.toe_mm;
   double x_mm = 0;
-  for (int i = 0; i < kMostSteps; ++i) {
+  for (int i = 0; i < kMaxSteps; ++i) {
     const double left = std::exp(-x_mm / packed_mm);
     const double step_mm =
         (depth_mm - x_mm - film_mm * (1 - left)) / (1 + film_mm / packed_mm * left);
@@ -62,7 +62,7 @@ double BehindExponentialToe(const ContactLaw& law, double depth_mm) {
 }
 
 // Returns the law's depth behind the toe: the integral of the effective share of its stiffness.
-double BehindToe(const ContactLaw& law, double depth_mm) {
+double BehindToe(const ContactStiffness& law, double depth_mm) {
   if (law.toe_kind == ToeKind::kExponential && law.toe_mm > 0) {
     return BehindExponentialToe(law, depth_mm);
   }
@@ -78,14 +78,14 @@ double BehindToe(const ContactLaw& law, double depth_mm) {
 
 }  // namespace
 
-double ContactForce(const ContactLaw& law, double depth_mm) {
+double ContactForce(const ContactStiffness& law, double depth_mm) {
   if (depth_mm <= 0) return 0;
   depth_mm = BehindToe(law, depth_mm);
   const double sheet_mm = std::min(depth_mm, law.sheet_gap_mm);
   return law.sheet_stiffness_g_mm * sheet_mm + BedForce(law, depth_mm - law.sheet_gap_mm);
 }
 
-double ContactDepth(const ContactLaw& law, double force_g) {
+double ContactDepth(const ContactStiffness& law, double force_g) {
   if (!(force_g > 0)) return 0;
   constexpr double kDeepestMm = 1e6;
   constexpr double kToMm = 1e-9;
@@ -248,7 +248,7 @@ const std::map<std::string, CellTraits, std::less<>>& Named() {
 
 PressTraits DrawPress(Random& random) {
   PressTraits press;
-  ContactLaw& law = press.law;
+  ContactStiffness& law = press.law;
   law.stiffness_g_mm = random.Uniform(2000, 6000);
   law.kind = static_cast<ContactKind>(random.Below(4));
   law.share =

@@ -29,7 +29,7 @@ enum class ToeKind {
 
 /// Force over the carriage's depth below the height of first touch. The compliance is that of the
 /// whole: bed, nozzle, cell and frame. Beyond D the law continues along its tangent.
-struct ContactLaw {
+struct ContactStiffness {
   ContactKind kind = ContactKind::kLinear;
   double stiffness_g_mm = 3500;  ///< k, 1 … 1e6
   double reference_mm = 0.045;   ///< D, 1e-4 … 1
@@ -50,10 +50,10 @@ struct ContactLaw {
 };
 
 /// Returns the force, gf; 0 at and above the height of first touch. Never falls with depth.
-[[nodiscard]] double ContactForce(const ContactLaw& law, double depth_mm);
+[[nodiscard]] double ContactForce(const ContactStiffness& law, double depth_mm);
 
 /// Computes the inverse, to 1e-9 mm; 0 for forces that are not positive.
-[[nodiscard]] double ContactDepth(const ContactLaw& law, double force_g);
+[[nodiscard]] double ContactDepth(const ContactStiffness& law, double force_g);
 
 /// z(t) = start_z_mm + z_direction (start_velocity_mm_s dt + acceleration_mm_s2 dt^2 / 2).
 struct ZMove {
@@ -107,7 +107,7 @@ enum class Onset {
 
 /// Traits of the contact.
 struct PressTraits {
-  ContactLaw law;
+  ContactStiffness law;
   Onset onset = Onset::kInstant;
   double onset_travel_mm = 0;  ///< 0 … 0.1
   /// Share of the force that a held press loses, with its time constant: part of the compliance is
@@ -132,7 +132,7 @@ struct PressTraits {
 };
 
 /// Returns the nozzle's height above the commanded position of a descending drive.
-[[nodiscard]] inline double PlayOf(const PressTraits& press) {
+[[nodiscard]] inline double BacklashOf(const PressTraits& press) {
   return press.onset == Onset::kInstant ? 0 : press.onset_travel_mm;
 }
 

@@ -158,8 +158,8 @@ double LoadCell::OutputNoise() {
 void LoadCell::Begin(double time_s, const NozzleState& nozzle) {
   begun_ = true;
   // A descending head has already taken up the backlash.
-  const double play_mm = nozzle.velocity_mm_s < 0 ? PlayOf(traits_.press) : 0;
-  nozzle_z_mm_ = nozzle.z_mm + play_mm;
+  const double backlash_mm = nozzle.velocity_mm_s < 0 ? BacklashOf(traits_.press) : 0;
+  nozzle_z_mm_ = nozzle.z_mm + backlash_mm;
   velocity_mm_s_ = nozzle.velocity_mm_s;
   last_ = {time_s, nozzle.z_mm, nozzle.surface_z_mm - nozzle_z_mm_, 0};
   blob_mm_ = traits_.press.blob_mm;
@@ -168,22 +168,23 @@ void LoadCell::Begin(double time_s, const NozzleState& nozzle) {
 void LoadCell::FollowDrive(double drive_z_mm) {
   const double travel_mm = traits_.press.onset_travel_mm;
   const double moved_mm = drive_z_mm - last_.drive_z_mm;
-  double play_mm = nozzle_z_mm_ - last_.drive_z_mm;
+  double backlash_mm = nozzle_z_mm_ - last_.drive_z_mm;
   switch (traits_.press.onset) {
     case Onset::kInstant:
-      play_mm = 0;
+      backlash_mm = 0;
       break;
     case Onset::kFlat:
-      play_mm = std::clamp(play_mm - moved_mm, 0.0, travel_mm);
+      backlash_mm = std::clamp(backlash_mm - moved_mm, 0.0, travel_mm);
       break;
     case Onset::kCurved: {
       // Dahl's friction: the remaining compliance falls exponentially with the distance.
       const double kept = travel_mm > 0 ? std::exp(-std::abs(moved_mm) / travel_mm) : 0;
-      play_mm = moved_mm > 0 ? play_mm * kept : travel_mm - (travel_mm - play_mm) * kept;
+      backlash_mm =
+          moved_mm > 0 ? backlash_mm * kept : travel_mm - (travel_mm - backlash_mm) * kept;
       break;
     }
   }
-  nozzle_z_mm_ = drive_z_mm + play_mm;
+  nozzle_z_mm_ = drive_z_mm + backlash_mm;
 }
 
 double LoadCell::Elastic(double depth_mm) const {
@@ -344,7 +345,7 @@ double HaltZ(const CellTraits& traits, const TapMotion& motion, double surface_z
   // The triggering sample is the first after the crossing, delayed by its filter.
   const double late_s = (random.Uniform() + 0.5 * converter.filter_order) / converter.rate_hz +
                         std::max(0.0, converter.latency_s) + motion.stop_latency_s;
-  return surface_z_mm - PlayOf(traits.press) - trigger_mm - motion.approach_speed_mm_s * late_s;
+  return surface_z_mm - BacklashOf(traits.press) - trigger_mm - motion.approach_speed_mm_s * late_s;
 }
 
 SampleCorruptor::SampleCorruptor(const CellTraits& traits, double first_time_s, Random random)
@@ -410,7 +411,7 @@ SimulatedTap SimulateTap(const CellTraits& traits, const TapScene& scene, Random
   TRAMMEL_CHECK(scene.press_mm >= 0, "press_mm = {}", scene.press_mm);
   const TapMotion& motion = scene.motion;
   const double halt_z_mm = scene.press_mm > 0
-                               ? scene.surface_z_mm - PlayOf(traits.press) - scene.press_mm
+                               ? scene.surface_z_mm - BacklashOf(traits.press) - scene.press_mm
                                : HaltZ(traits, motion, scene.surface_z_mm, random);
   SimulatedTap tap;
   tap.moves = ApproachMoves(motion, scene.start_time_s,

@@ -83,10 +83,10 @@ TEST(TapMoves, AreThoseOfARecordedTapOfAVoron) {
   EXPECT_EQ(StateAt(up, 100).velocity_mm_s, 0);
 }
 
-TEST(ContactLaw, HoldsByHandAndIsInverted) {
+TEST(ContactStiffness, HoldsByHandAndIsInverted) {
   const double k_d = 3500 * 0.045;
   EXPECT_NEAR(ContactForce({}, 0.045), k_d, 1e-9);
-  ContactLaw law;
+  ContactStiffness law;
   law.kind = ContactKind::kQuadratic;
   law.share = 0.5;
   EXPECT_NEAR(ContactForce(law, 0.045), 1.5 * k_d, 1e-9);
@@ -317,12 +317,12 @@ TEST(StructureMode, AStopSwingsItsMass) {
   constexpr double kStepS = 1e-4;
   (void)mode.Advance(traits, 0, 0, kStepS);
   (void)mode.Advance(traits, 0, 2 / kStepS, kStepS);  // from -2 mm/s to rest within the step
-  double most_g = 0;
+  double max_g = 0;
   for (int i = 0; i < 1000; ++i) {
-    most_g = std::max(most_g, std::abs(mode.Advance(traits, 0, 0, kStepS)));
+    max_g = std::max(max_g, std::abs(mode.Advance(traits, 0, 0, kStepS)));
   }
   // m v w as a weight.
-  EXPECT_NEAR(most_g, 200 * 2 * 2 * std::numbers::pi * 10 / 9806.65, 0.01);
+  EXPECT_NEAR(max_g, 200 * 2 * 2 * std::numbers::pi * 10 / 9806.65, 0.01);
 }
 
 TEST(PinkNoise, IsOfUnitStrengthAndOfOneStrengthInEachOctave) {

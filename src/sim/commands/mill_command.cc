@@ -61,9 +61,9 @@ constexpr sim::NamedNumber<Switches> kSwitches[] = {
 // Reads marks and codes written by `align targets --layout`; plain discs are not printed.
 Result<void> ReadSheet(const std::string& path, sim::BoardSetup& setup,
                        std::vector<sim::RingPattern>& patterns, std::vector<int>& numbers) {
-  constexpr std::size_t kMostBytes = 20'000'000;
-  constexpr std::size_t kMostMarks = 300;
-  const auto json = TRY(files::ReadJsonFile(path, kMostBytes));
+  constexpr std::size_t kMaxBytes = 20'000'000;
+  constexpr std::size_t kMaxMarks = 300;
+  const auto json = TRY(files::ReadJsonFile(path, kMaxBytes));
   files::JsonObject root(json, path);
   sim::RingPattern pattern;
   pattern.bits = root.Integer("bits", {12, 20});
@@ -72,7 +72,7 @@ Result<void> ReadSheet(const std::string& path, sim::BoardSetup& setup,
   pattern.ring_outer_mm = 3 * pattern.dot_radius_mm;
   pattern.ground_radius_mm = 3.7 * pattern.dot_radius_mm;
   std::array<double, 2> middle = {};
-  for (const nlohmann::json& entry : root.List("targets", 1, kMostMarks)) {
+  for (const nlohmann::json& entry : root.List("targets", 1, kMaxMarks)) {
     files::JsonObject object = root.Inner(entry, fmt::format("targets[{}]", patterns.size()));
     const nlohmann::json* number = object.Find("number");
     if (number == nullptr || !number->is_number_integer()) continue;
@@ -162,7 +162,7 @@ Result<void> ServeMill(const SimMillArguments& arguments) {
   setup.touched = CornersOf(setup.sheet);
   setup.stops = {{options.start_mm, 0}};
   sim::BoardWorld world = sim::DrawBoardWorld(setup, arguments.seed);
-  for (sim::BoardTouchStop& touch : world.touches) {
+  for (sim::BoardTouchStation& touch : world.touches) {
     touch.mark = numbers[static_cast<std::size_t>(touch.mark - 1)];
   }
   if (!arguments.truth.empty()) {

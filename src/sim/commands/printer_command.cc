@@ -47,10 +47,10 @@ struct PrinterArguments {
 
 // Parses TOOL:X,Y, each named "tool T<number>" as usual with klipper-toolchanger.
 Result<std::vector<sim::ToolConfig>> ToolsOf(const std::vector<std::string>& texts) {
-  constexpr int kMostTool = 99;
+  constexpr int kMaxTool = 99;
   std::vector<sim::ToolConfig> tools;
   for (const std::string& text : texts) {
-    const auto shift = TRY(ParseToolShift("--tool", text, kMostTool));
+    const auto shift = TRY(ParseToolShift("--tool", text, kMaxTool));
     for (const sim::ToolConfig& tool : tools) {
       if (tool.number == shift.tool) {
         return Fail(fmt::format("--tool {}: tool {} was given before", text, shift.tool));

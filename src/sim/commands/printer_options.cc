@@ -223,12 +223,12 @@ Result<std::unique_ptr<sim::CameraServer>> StartCamera(
   const sim::MountedRig rig = TRY(RigOf(arguments, world.seed));
   options.view.mount = rig.mount;
   options.view.rig = rig.rig;
-  const Random eye = sim::LaserEyeOf(world.seed, world.condition);
+  const Random optics = sim::LaserRandom(world.seed, world.condition);
   if (!arguments.rig_truth.empty()) {
-    TRY(sim::WriteRigTruth(arguments.rig_truth, rig, sim::DrawHeadEye(world.condition, eye),
+    TRY(sim::WriteRigTruth(arguments.rig_truth, rig, sim::DrawHeadOptics(world.condition, optics),
                            world.seed));
   }
-  return sim::CameraServer::Start(options, std::move(machine), eye);
+  return sim::CameraServer::Start(options, std::move(machine), optics);
 }
 
 }  // namespace trammel::app

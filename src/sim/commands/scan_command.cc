@@ -87,9 +87,9 @@ Result<void> RecordConditions(const ScanArguments& arguments) {
   for (const sim::Condition& condition : conditions) {
     const std::string name = sim::ToString(condition);
     const std::filesystem::path folder = arguments.all_conditions ? out / name : out;
-    Random random = sim::LaserEyeOf(arguments.seed, condition);
-    const sim::LaserTraits eye = sim::DrawLaserTraits(condition, random);
-    TRY(sim::RecordScan(print->bed, plan, condition, eye, options, random.Fork(1), folder));
+    Random random = sim::LaserRandom(arguments.seed, condition);
+    const sim::LaserTraits optics = sim::DrawLaserTraits(condition, random);
+    TRY(sim::RecordScan(print->bed, plan, condition, optics, options, random.Fork(1), folder));
     TRY(sim::WriteTruth(folder, print->truth, arguments.seed, name));
     fmt::print("{}\n", folder.string());
   }
@@ -159,7 +159,7 @@ Result<void> TakePhoto(const PhotoArguments& arguments) {
       sim::PrintInWorld(gcode, arguments.seed, arguments.pressure_advance_s);
   if (!print) return Fail(arguments.gcode + ": " + print.error().message);
   for (const std::string& note : print->notes) fmt::print(stderr, "note: {}\n", note);
-  Random random = sim::PhotoEyeOf(arguments.seed);
+  Random random = sim::PhotoRandom(arguments.seed);
   sim::PhotoTraits traits = sim::DrawPhotoTraits(*scene, random);
   traits.width_px = size.width_px;
   traits.height_px = size.height_px;

@@ -184,7 +184,7 @@ Result<sim::SheetSetup> SetupOf(const SimSheetArguments& arguments, const std::s
     setup.firmware = *firmware;
   }
   for (const std::string& text : arguments.stored) {
-    const auto shift = TRY(ParseToolShift("--stored", text, sim::kMostSheetTools - 1));
+    const auto shift = TRY(ParseToolShift("--stored", text, sim::kMaxSheetTools - 1));
     setup.stored[static_cast<std::size_t>(shift.tool)] = sim::PlaneMm{shift.x_mm, shift.y_mm};
   }
   const auto config = TRY(ReadOptional(arguments.macros));
@@ -211,7 +211,7 @@ Result<sim::SheetMachine> MachineOf(const SimSheetArguments& arguments, sim::She
     machine = ideal;
   }
   for (const std::string& text : arguments.offsets) {
-    const auto shift = TRY(ParseToolShift("--offset", text, sim::kMostSheetTools - 1));
+    const auto shift = TRY(ParseToolShift("--offset", text, sim::kMaxSheetTools - 1));
     machine.tools[static_cast<std::size_t>(shift.tool)].offset_mm = {shift.x_mm, shift.y_mm};
   }
   const double sign = setup.firmware == sim::SheetFirmware::kKlipper ? -1 : 1;
@@ -407,7 +407,7 @@ void AddOriginalOptions(CLI::App& sheet, SimSheetArguments& arguments) {
                   "tools, for example 1,2,3,4,5 (--reference is its reference tool)")
       ->delimiter(',')
       ->expected(1, 5)
-      ->check(CLI::Range(0, sim::kMostSheetTools - 1));
+      ->check(CLI::Range(0, sim::kMaxSheetTools - 1));
   sheet.add_option("--original-offset", arguments.original_offsets,
                    "PLACE:X,Y in mm, an offset on purpose of a place in that list, counted from "
                    "1; as published, the last place's moves the whole print");
@@ -428,10 +428,10 @@ void AddMachineOptions(CLI::App& sheet, SimSheetArguments& arguments) {
   sheet.add_option("--stored", arguments.stored,
                    "TOOL:X,Y in mm: what the firmware has stored while the offset is so");
   sheet.add_option("--reference", arguments.reference, "the tool that the truth counts from")
-      ->check(CLI::Range(0, sim::kMostSheetTools - 1))
+      ->check(CLI::Range(0, sim::kMaxSheetTools - 1))
       ->capture_default_str();
   sheet.add_option("--missing", arguments.missing, "a tool that prints nothing")
-      ->check(CLI::Range(0, sim::kMostSheetTools - 1));
+      ->check(CLI::Range(0, sim::kMaxSheetTools - 1));
 }
 
 void AddScannerOptions(CLI::App& sheet, SimSheetArguments& arguments) {

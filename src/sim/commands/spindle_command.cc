@@ -34,12 +34,12 @@ namespace trammel::app {
 namespace {
 
 /// Virtual spindle: machine, clamping, part, and the camera's image quality.
-struct SpindleShop {
+struct SpindleHall {
   sim::SpindleSetup setup;
   sim::SpindlePicture picture;
 };
 
-using SpindleNumber = sim::NamedNumber<SpindleShop>;
+using SpindleNumber = sim::NamedNumber<SpindleHall>;
 constexpr SpindleNumber kNumbers[] = {
     {"sigma-px", [](double v, auto& s) { s.setup.sigma_px = v; }, 0, 10},
     {"repeatability-mm", [](double v, auto& s) { s.setup.machine.repeatability_mm = v; }, 0, 1},
@@ -66,17 +66,17 @@ constexpr SpindleNumber kNumbers[] = {
     {"vignetting", [](double v, auto& s) { s.picture.light.vignetting = v; }, 0, 0.9},
     {"gradient", [](double v, auto& s) { s.picture.light.gradient = v; }, -1, 1},
     {"gradient-rad", [](double v, auto& s) { s.picture.light.gradient_rad = v; }, -10, 10},
-    {"blur-px", [](double v, auto& s) { s.picture.eye.blur_px = v; }, 0, 20},
-    {"motion-px", [](double v, auto& s) { s.picture.eye.motion_px = v; }, 0, 50},
-    {"motion-rad", [](double v, auto& s) { s.picture.eye.motion_rad = v; }, -10, 10},
-    {"read-noise", [](double v, auto& s) { s.picture.eye.read_noise = v; }, 0, 50},
-    {"shot-noise", [](double v, auto& s) { s.picture.eye.shot_noise = v; }, 0, 10},
+    {"blur-px", [](double v, auto& s) { s.picture.optics.blur_px = v; }, 0, 20},
+    {"motion-px", [](double v, auto& s) { s.picture.optics.motion_px = v; }, 0, 50},
+    {"motion-rad", [](double v, auto& s) { s.picture.optics.motion_rad = v; }, -10, 10},
+    {"read-noise", [](double v, auto& s) { s.picture.optics.read_noise = v; }, 0, 50},
+    {"shot-noise", [](double v, auto& s) { s.picture.optics.shot_noise = v; }, 0, 10},
 };
 
 using sim::operator*;
 
-constexpr std::size_t kMostBytes = 100'000'000;
-constexpr std::size_t kMostViews = 1000;
+constexpr std::size_t kMaxBytes = 100'000'000;
+constexpr std::size_t kMaxViews = 1000;
 constexpr double kSame = 1e-5;
 
 // Returns the rotation about the spindle's axis from its frame at C = 0 to this one.
@@ -105,12 +105,12 @@ std::optional<double> AngleOf(const nlohmann::json& rows, const sim::SpindleMach
 }
 
 // Reads only the positions and rotations of a file of observations (docs/reference/formats.md).
-Result<std::vector<sim::SpindleStop>> ReadSpindleStops(const std::filesystem::path& path,
-                                                       const sim::SpindleMachine& machine) {
-  const auto json = TRY(files::ReadJsonFile(path, kMostBytes));
+Result<std::vector<sim::SpindleStation>> ReadSpindleStations(const std::filesystem::path& path,
+                                                             const sim::SpindleMachine& machine) {
+  const auto json = TRY(files::ReadJsonFile(path, kMaxBytes));
   files::JsonObject root(json, path.string());
-  std::vector<sim::SpindleStop> stops;
-  const nlohmann::json& views = root.List("views", 1, kMostViews);
+  std::vector<sim::SpindleStation> stops;
+  const nlohmann::json& views = root.List("views", 1, kMaxViews);
   for (std::size_t i = 0; i < views.size(); ++i) {
     const std::string key = fmt::format("views[{}]", i);
     files::JsonObject view = root.Inner(views[i], key);
@@ -131,7 +131,7 @@ Result<std::vector<sim::SpindleStop>> ReadSpindleStops(const std::filesystem::pa
 }
 
 constexpr double kRadPerDeg = std::numbers::pi / 180;
-constexpr int kMostTarget = 100;
+constexpr int kMaxTarget = 100;
 
 struct SimSpindleArguments {
   std::string out;
@@ -170,11 +170,11 @@ Result<sim::SpindleSetup> SceneOf(const SimSpindleArguments& arguments) {
     return Fail("--camera " + arguments.camera.substr(0, 40) + ": must be real or table1");
   }
   if (!arguments.views.empty()) {
-    setup.stops = TRY(ReadSpindleStops(arguments.views, setup.machine));
+    setup.stops = TRY(ReadSpindleStations(arguments.views, setup.machine));
   }
   if (arguments.half_turn) {
-    const std::vector<sim::SpindleStop> stops = setup.stops;
-    for (sim::SpindleStop stop : stops) {
+    const std::vector<sim::SpindleStation> stops = setup.stops;
+    for (sim::SpindleStation stop : stops) {
       stop.c_rad = std::numbers::pi;
       setup.stops.push_back(stop);
     }
@@ -220,7 +220,7 @@ Result<std::vector<std::vector<sim::HiddenWedge>>> WedgesOf(const SimSpindleArgu
   std::vector<std::vector<sim::HiddenWedge>> wedges(part.targets.size());
   for (const std::string& text : arguments.hide) {
     constexpr double kWidest_deg = 179;
-    const auto parsed = ParseToolShift("--hide", text, kMostTarget);
+    const auto parsed = ParseToolShift("--hide", text, kMaxTarget);
     if (!parsed || !(parsed->y_mm > 0 && parsed->y_mm <= kWidest_deg)) {
       return Fail(
           fmt::format("--hide {}: must be TARGET:FROM,EXTENT, for example 2:0,90, in degrees with "
@@ -254,7 +254,7 @@ Result<void> MakeFolder(const std::filesystem::path& out) {
 }
 
 Result<void> SimulateSpindle(const SimSpindleArguments& arguments) {
-  SpindleShop shop{TRY(SceneOf(arguments)), {}};
+  SpindleHall shop{TRY(SceneOf(arguments)), {}};
   sim::SpindleSetup& setup = shop.setup;
   sim::SpindlePicture& like = shop.picture;
   like.light = TRY(LightOf(arguments.light));

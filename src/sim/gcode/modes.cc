@@ -61,9 +61,9 @@ Result<void> CheckMove(const Axes& target, std::size_t moves, int line) {
                               kAxisKeys[axis], target[axis], bound.lo, bound.hi));
     }
   }
-  if (moves < kMostMoves) return {};
+  if (moves < kMaxMoves) return {};
   return Fail(
-      fmt::format("G-code line {}: more than {} moves; print a shorter file", line, kMostMoves));
+      fmt::format("G-code line {}: more than {} moves; print a shorter file", line, kMaxMoves));
 }
 
 }  // namespace trammel::sim

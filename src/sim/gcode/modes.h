@@ -12,7 +12,7 @@ namespace trammel::sim {
 using Axes = std::array<double, 4>;  ///< x, y, z and filament, mm
 
 inline constexpr std::array<const char*, 4> kAxisKeys = {"X", "Y", "Z", "E"};
-inline constexpr std::size_t kMostMoves = 1'000'000;
+inline constexpr std::size_t kMaxMoves = 1'000'000;
 
 /// What Klipper's SAVE_GCODE_STATE keeps. The machine's place is a coordinate plus `base`, plus a
 /// shift where the caller has one of its own.

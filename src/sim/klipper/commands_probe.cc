@@ -152,14 +152,14 @@ struct Probing {
 };
 
 Result<Probing> ReadProbing(const VirtualKlipper& machine, const Command& line, int usual_samples) {
-  constexpr double kMostSamples = 1000;
+  constexpr double kMaxSamples = 1000;
   const LoadCellConfig& config = *machine.config().load_cell;
   Probing probing;
   probing.motion = config.motion;
   probing.pulls_back = config.pulls_back;
   const auto speed = TRY(FloatOf(line, "PROBE_SPEED", {{}, 0, 50}));
   const auto lift = TRY(FloatOf(line, "LIFT_SPEED", {{}, 0, {}}));
-  const auto samples = TRY(FloatOf(line, "SAMPLES", {1, {}, kMostSamples}));
+  const auto samples = TRY(FloatOf(line, "SAMPLES", {1, {}, kMaxSamples}));
   const auto retract = TRY(FloatOf(line, "SAMPLE_RETRACT_DIST", {{}, 0, {}}));
   probing.motion.approach_speed_mm_s = speed.value_or(config.motion.approach_speed_mm_s);
   probing.lift_speed_mm_s = lift.value_or(config.lift_speed_mm_s);

@@ -79,8 +79,8 @@ Result<Outcome> GcodeOffset(VirtualKlipper& machine, const Command& line) {
 std::string StateName(const Command& line) { return line.text_of("NAME", "default"); }
 
 Result<Outcome> SaveState(VirtualKlipper& machine, const Command& line) {
-  constexpr std::size_t kMostStates = 1000;
-  if (machine.saved.size() >= kMostStates) return Fail("Too many saved g-code states");
+  constexpr std::size_t kMaxStates = 1000;
+  if (machine.saved.size() >= kMaxStates) return Fail("Too many saved g-code states");
   machine.saved[StateName(line)] = machine.gcode;
   return Outcome{};
 }
@@ -322,7 +322,7 @@ Result<Outcome> ActivateExtruder(VirtualKlipper& machine, const Command& line) {
   return Outcome{};
 }
 
-Result<Outcome> TellTemperatures(VirtualKlipper& machine, const Command&) {
+Result<Outcome> ReportTemperatures(VirtualKlipper& machine, const Command&) {
   machine.Respond(Report(machine));
   return Outcome{};
 }
@@ -344,7 +344,7 @@ const std::map<std::string, Handler>& HeatCommands() {
       {"TURN_OFF_HEATERS", HeatersOff},
       {"TEMPERATURE_WAIT", WaitForTemperature},
       {"ACTIVATE_EXTRUDER", ActivateExtruder},
-      {"M105", TellTemperatures},
+      {"M105", ReportTemperatures},
       {"M106", Fan},
       {"M107", Fan},
   };

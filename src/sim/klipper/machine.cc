@@ -10,7 +10,7 @@
 namespace trammel::sim {
 namespace {
 
-constexpr std::size_t kMostScripts = 10'000;
+constexpr std::size_t kMaxScripts = 10'000;
 const char* const kRestartHint =
     "Once the underlying issue is corrected, use the\n\"FIRMWARE_RESTART\" command to reset the "
     "firmware, reload the\nconfig, and restart the host software.\nPrinter is shutdown\n";
@@ -238,7 +238,7 @@ void VirtualKlipper::CallRemote(KlipperEvent event) {
 
 std::uint64_t VirtualKlipper::RunScript(const std::string& script) {
   const std::uint64_t id = next_script_++;
-  if (scripts_.size() >= kMostScripts) {
+  if (scripts_.size() >= kMaxScripts) {
     events_.push_back({KlipperEvent::Kind::kScriptDone, {}, id, "too many scripts wait", {}});
     return id;
   }

@@ -13,7 +13,7 @@ namespace {
 
 constexpr double kTickS = 0.002;
 constexpr int kLinesPerTick = 2000;
-constexpr std::size_t kMostFrames = 12;
+constexpr std::size_t kMaxFrames = 12;
 constexpr double kHeaterStepS = 0.05;
 constexpr double kUnblockS = 1;  // time until a script is unblocked after a shutdown
 
@@ -205,7 +205,7 @@ Result<void> VirtualKlipper::RunLine(const std::string& text) {
   Script& script = scripts_.front();
   script.wait = std::move(outcome.wait);
   if (!outcome.lines.empty()) {
-    if (script.frames.size() >= kMostFrames) {
+    if (script.frames.size() >= kMaxFrames) {
       return Fail(fmt::format("Macro {} called recursively", line.name));
     }
     script.frames.push_back({std::move(outcome.lines), 0});

@@ -168,7 +168,7 @@ TEST(VirtualKlipper, RestoresWhatSaveGcodeStateKept) {
 }
 
 TEST(VirtualKlipper, ComesToTheSameEndHoweverOftenTheClockIsRead) {
-  const auto play = [](double step_s) {
+  const auto backlash = [](double step_s) {
     Bench bench;
     bench.klipper.RunScript("G28\nG1 X80 Y30 F9000\nG1 X20\nG1 Y90\nM400\n_LASER_ON\nM104 S150");
     for (double time_s = 0; time_s < 30; time_s += step_s) bench.klipper.Advance(time_s);
@@ -176,7 +176,7 @@ TEST(VirtualKlipper, ComesToTheSameEndHoweverOftenTheClockIsRead) {
     return ExecutedGcode(bench.klipper.history(), 0, 30) +
            fmt::format("{:.9f}", bench.klipper.nozzle.temperature_c);
   };
-  EXPECT_EQ(play(0.01), play(0.5));
+  EXPECT_EQ(backlash(0.01), backlash(0.5));
 }
 
 TEST(VirtualKlipper, TheExecutedLogPlansTheSameMotionAgain) {

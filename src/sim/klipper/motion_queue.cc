@@ -9,7 +9,7 @@ namespace trammel::sim {
 
 namespace {
 
-constexpr std::size_t kMostBends = 100;
+constexpr std::size_t kMaxBends = 100;
 
 }  // namespace
 
@@ -29,7 +29,7 @@ void MachineClock::SetRate(double rate) {
   const std::lock_guard lock(mutex_);
   if (bends_.back().rate == rate) return;
   bends_.push_back({latest_s_, TimeAt(latest_s_), rate});
-  if (bends_.size() > kMostBends) bends_.pop_front();
+  if (bends_.size() > kMaxBends) bends_.pop_front();
 }
 
 namespace {

@@ -318,10 +318,10 @@ Json ToolchangerStatus(const VirtualKlipper& machine) {
           {"tool_names", names}};
 }
 
-using Teller = std::function<Json(const VirtualKlipper&)>;
+using StatusReader = std::function<Json(const VirtualKlipper&)>;
 
-const std::map<std::string, Teller>& Tellers() {
-  static const std::map<std::string, Teller> tellers = {
+const std::map<std::string, StatusReader>& StatusReaders() {
+  static const std::map<std::string, StatusReader> tellers = {
       {"gcode",
        [](const VirtualKlipper& m) {
          return Json{{"commands", Commands(m)}};
@@ -363,7 +363,7 @@ Json GcodeHelp(const VirtualKlipper& machine) {
 
 std::vector<std::string> ObjectNames(const VirtualKlipper& machine) {
   std::vector<std::string> names;
-  for (const auto& [name, teller] : Tellers()) {
+  for (const auto& [name, teller] : StatusReaders()) {
     if (name != "pause_resume" || machine.config().pause_resume) names.push_back(name);
   }
   if (machine.cell() != nullptr) names.insert(names.end(), {"probe", "load_cell_probe"});
@@ -382,9 +382,9 @@ std::vector<std::string> ObjectNames(const VirtualKlipper& machine) {
 }
 
 Json ObjectStatus(const VirtualKlipper& machine, const std::string& name) {
-  const auto teller = Tellers().find(name);
+  const auto teller = StatusReaders().find(name);
   if (name == "pause_resume" && !machine.config().pause_resume) return Json::object();
-  if (teller != Tellers().end()) return teller->second(machine);
+  if (teller != StatusReaders().end()) return teller->second(machine);
   if (machine.cell() != nullptr && name == "probe") return ProbeStatus(machine);
   if (machine.cell() != nullptr && name == "load_cell_probe") return LoadCellStatus(machine);
   if (!machine.tools.empty() && name == "toolchanger") return ToolchangerStatus(machine);

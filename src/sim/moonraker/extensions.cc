@@ -48,13 +48,14 @@ Answer Hub::Identify(Connection& connection, std::uint64_t number, const Json& p
                                           client["name"].get<std::string>()));
   }
   if (type == "agent") {
-    TellAgentEvent(number, {{"agent", client["name"]}, {"event", "connected"}, {"data", client}});
+    ForwardAgentEvent(number,
+                      {{"agent", client["name"]}, {"event", "connected"}, {"data", client}});
   }
   return Answer::Ok({{"connection_id", number}});
 }
 
 Answer Hub::RegisterRemote(Connection& connection, const Json& params) {
-  constexpr std::size_t kMostMethods = 100;
+  constexpr std::size_t kMaxMethods = 100;
   const std::optional<std::string> name = TextOf(params, "method_name");
   if (!name) return NoData("method_name");
   if (!IsAgent(connection.client)) {
@@ -65,7 +66,7 @@ Answer Hub::RegisterRemote(Connection& connection, const Json& params) {
       return Answer::Error(400, fmt::format("Remote method ({}) already registered", *name));
     }
   }
-  if (connection.remote_methods.size() >= kMostMethods) {
+  if (connection.remote_methods.size() >= kMaxMethods) {
     return Answer::Error(400, "Too many remote methods");
   }
   connection.remote_methods.insert(*name);
@@ -80,7 +81,7 @@ std::optional<std::uint64_t> Hub::AgentNumber(const std::string& name) const {
   return std::nullopt;
 }
 
-void Hub::TellAgentEvent(std::uint64_t agent, const Json& event) {
+void Hub::ForwardAgentEvent(std::uint64_t agent, const Json& event) {
   Notify("notify_agent_event", Json::array({event}), agent);
 }
 
@@ -96,7 +97,7 @@ Answer Hub::SendAgentEvent(const Connection& connection, std::uint64_t number, c
   Json told = {{"agent", (*connection.client)["name"]}, {"event", *event}};
   const auto data = params.find("data");
   if (data != params.end() && !data->is_null()) told["data"] = *data;
-  TellAgentEvent(number, told);
+  ForwardAgentEvent(number, told);
   return Answer::Ok();
 }
 
@@ -109,7 +110,7 @@ Json Hub::Agents() const {
 }
 
 void Hub::AskAgent(const Json& params, const Reply& reply) {
-  constexpr std::size_t kMostAsked = 1000;  // pending requests to a silent agent
+  constexpr std::size_t kMaxAsked = 1000;  // pending requests to a silent agent
   const std::optional<std::string> agent = TextOf(params, "agent");
   if (!agent) return reply(NoData("agent"));
   const std::optional<std::string> method = TextOf(params, "method");
@@ -121,7 +122,7 @@ void Hub::AskAgent(const Json& params, const Reply& reply) {
   const std::optional<std::uint64_t> number = AgentNumber(*agent);
   if (!number) return reply(Answer::Error(400, fmt::format("Agent {} not connected", *agent)));
   Connection& connection = connections_[*number];
-  if (connection.asked.size() >= kMostAsked) {
+  if (connection.asked.size() >= kMaxAsked) {
     return reply(Answer::Error(400, "Too many requests wait"));
   }
   const std::int64_t id = next_request_++;
@@ -153,7 +154,7 @@ void Hub::EndAgent(std::uint64_t number, const Connection& connection) {
   const Answer gone = Answer::Error(500, "Client Socket Disconnected");
   for (const auto& [id, reply] : connection.asked) reply(gone);
   if (!IsAgent(connection.client)) return;
-  TellAgentEvent(number, {{"agent", (*connection.client)["name"]}, {"event", "disconnected"}});
+  ForwardAgentEvent(number, {{"agent", (*connection.client)["name"]}, {"event", "disconnected"}});
 }
 
 }  // namespace trammel::sim

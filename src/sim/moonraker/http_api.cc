@@ -14,7 +14,7 @@
 namespace trammel::sim {
 namespace {
 
-constexpr std::size_t kMostParts = 100;
+constexpr std::size_t kMaxParts = 100;
 
 // Returns the value of key="value" or key=value in a header.
 std::string Attribute(std::string_view header, std::string_view key) {
@@ -52,7 +52,7 @@ Result<std::vector<FormPart>> ParseMultipart(std::string_view content_type, std:
     if (head_end == std::string_view::npos || next == std::string_view::npos || head_end > next) {
       break;
     }
-    if (parts.size() >= kMostParts) return Fail("the upload has more than 100 parts");
+    if (parts.size() >= kMaxParts) return Fail("the upload has more than 100 parts");
     const std::string_view head = body.substr(at, head_end - at);
     const std::size_t from = std::min(next, head_end + 4);
     parts.push_back({Attribute(head, "name"), Attribute(head, "filename"),
@@ -74,7 +74,7 @@ std::string Sha256(std::string_view data) {
 namespace {
 
 constexpr std::size_t kLongestTarget = 8192;
-constexpr std::size_t kMostFiles = 1000;
+constexpr std::size_t kMaxFiles = 1000;
 const std::string kFilePath = "/server/files/gcodes/";
 const std::string kConfigPath = "/server/files/config/";
 
@@ -214,7 +214,7 @@ void Upload(Hub& hub, const HttpRequest& request, const HttpReply& reply) {
     const bool known =
         root == "config" ? klipper.config_files().contains(name) : klipper.files().contains(name);
     const std::size_t count = klipper.files().size() + klipper.config_files().size();
-    full = bytes > hub.options().most_file_bytes || (!known && count >= kMostFiles);
+    full = bytes > hub.options().max_file_bytes || (!known && count >= kMaxFiles);
     if (full) return;
     if (root == "config") {
       const std::chrono::duration<double> now = std::chrono::system_clock::now().time_since_epoch();

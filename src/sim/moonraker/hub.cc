@@ -16,7 +16,7 @@ constexpr double kDumpEveryS = 0.5;
 constexpr double kCellEveryS = 0.1;
 constexpr double kDumpAheadS = 1.5;
 constexpr double kTokenLifeS = 5;
-constexpr std::size_t kMostTokens = 1000;
+constexpr std::size_t kMaxTokens = 1000;
 
 Json Pick(const VirtualKlipper& klipper, const std::string& name,
           const std::optional<std::set<std::string>>& fields) {
@@ -55,7 +55,7 @@ bool Hub::KeyIsRight(const std::string& key) const {
 
 std::string Hub::MakeToken() {
   constexpr std::string_view kLetters = "ABCDEFGHIJKLMNOPQRSTUVWXYZ234567";
-  if (tokens_.size() >= kMostTokens) tokens_.clear();
+  if (tokens_.size() >= kMaxTokens) tokens_.clear();
   std::string token;
   for (int i = 0; i < 32; ++i) token += kLetters[random_.Below(kLetters.size())];
   tokens_[token] = monotonic_s_ + kTokenLifeS;
@@ -220,7 +220,7 @@ void Hub::Pump() {
         break;
       }
       case KlipperEvent::Kind::kRemoteCall:
-        TellRemote(event);
+        SendToRemote(event);
         break;
       case KlipperEvent::Kind::kDisconnected:
         Disconnected();
@@ -239,7 +239,7 @@ void Hub::Pump() {
   }
 }
 
-void Hub::TellRemote(const KlipperEvent& event) {
+void Hub::SendToRemote(const KlipperEvent& event) {
   Json params = Json::object();
   for (const KlipperEvent::Argument& argument : event.arguments) {
     params[argument.key] = argument.number ? Json(*argument.number) : Json(argument.text);

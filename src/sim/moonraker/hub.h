@@ -34,7 +34,7 @@ struct HubOptions {
   /// webcams are listed.
   std::function<int()> camera_port = [] { return 0; };
   int webcam_frames_per_s = 30;
-  std::size_t most_file_bytes = 256 << 20;  ///< total of all uploads
+  std::size_t max_file_bytes = 256 << 20;  ///< total of all uploads
   ServerFaults faults;
   std::shared_ptr<VirtualSpoolman> spoolman;  ///< none: Moonraker is not set up for one
 };
@@ -126,7 +126,7 @@ class Hub {
   void AskAgent(const Json& params, const Reply& reply);
   void TakeAgentAnswer(std::uint64_t number, const Json& message);
   /// Notifies all others of an agent's event.
-  void TellAgentEvent(std::uint64_t agent, const Json& event);
+  void ForwardAgentEvent(std::uint64_t agent, const Json& event);
   /// Ends the requests that wait for a closed connection.
   void EndAgent(std::uint64_t number, const Connection& connection);
   Answer StartDump(std::uint64_t connection, const Json& params);
@@ -136,12 +136,12 @@ class Hub {
   Answer AddDump(std::uint64_t connection, const std::string& source, const Json& params,
                  std::size_t next, Json header);
   void SendDump(const Dump& dump, const Json& params);
-  void TellForce(const VirtualKlipper& klipper, Dump& dump);
-  void TellTaps(const VirtualKlipper& klipper, Dump& dump);
+  void SendForce(const VirtualKlipper& klipper, Dump& dump);
+  void SendTaps(const VirtualKlipper& klipper, Dump& dump);
   void RunScript(const std::string& script, const Reply& reply);
   void Ask(std::uint64_t connection, bool subscribe, const Json& params, const Reply& reply);
   void Pump();
-  void TellRemote(const KlipperEvent& event);
+  void SendToRemote(const KlipperEvent& event);
   void Disconnected();
   /// Advances the machine to a time, or to that of a camera meanwhile: status and time are of the
   /// same moment.

@@ -86,12 +86,12 @@ Answer Hub::StartCellDump(std::uint64_t connection, const std::string& method, c
 void Hub::CellTick(const VirtualKlipper& klipper) {
   if (klipper.cell() == nullptr) return;
   for (Dump& dump : dumps_) {
-    if (dump.source == "force") TellForce(klipper, dump);
-    if (dump.source == "taps") TellTaps(klipper, dump);
+    if (dump.source == "force") SendForce(klipper, dump);
+    if (dump.source == "taps") SendTaps(klipper, dump);
   }
 }
 
-void Hub::TellForce(const VirtualKlipper& klipper, Dump& dump) {
+void Hub::SendForce(const VirtualKlipper& klipper, Dump& dump) {
   const CellProbe& cell = *klipper.cell();
   Json data = Json::array();
   for (; dump.next < cell.forgotten() + cell.readings().size(); ++dump.next) {
@@ -102,7 +102,7 @@ void Hub::TellForce(const VirtualKlipper& klipper, Dump& dump) {
   if (!data.empty()) SendDump(dump, {{"data", data}, {"errors", 0}, {"overflows", 0}});
 }
 
-void Hub::TellTaps(const VirtualKlipper& klipper, Dump& dump) {
+void Hub::SendTaps(const VirtualKlipper& klipper, Dump& dump) {
   const std::vector<ProbedTap>& taps = klipper.history().taps;
   for (; dump.next < taps.size(); ++dump.next) {
     const ProbedTap& tap = taps[dump.next];

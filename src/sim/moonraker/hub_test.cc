@@ -144,7 +144,7 @@ class ExtensionsTest : public ::testing::Test {
   int Ask() {
     return panel_->Send("server.extensions.request", {{"agent", "helper"}, {"method", "status"}});
   }
-  void Say(const Json& answer) {
+  void SendAnswer(const Json& answer) {
     Json message = answer;
     message["jsonrpc"] = "2.0";
     agent_->SendText(message.dump());
@@ -172,12 +172,12 @@ TEST_F(ExtensionsTest, AnAgentsErrorIsAnAgentErrorWithItsOwnAsData) {
   (void)Identify();
   const Json own = {{"code", -32601}, {"message", "no such method"}};
   const int asked = Ask();
-  Say({{"id", agent_->WaitFor("status")["id"]}, {"error", own}});
+  SendAnswer({{"id", agent_->WaitFor("status")["id"]}, {"error", own}});
   EXPECT_EQ(panel_->AnswerTo(asked)["error"],
             (Json{{"code", 424}, {"message", "Agent helper RPC error"}, {"data", own}}));
   // A null result passes for an error.
   const int null = Ask();
-  Say({{"id", agent_->WaitFor("status")["id"]}, {"result", nullptr}});
+  SendAnswer({{"id", agent_->WaitFor("status")["id"]}, {"result", nullptr}});
   EXPECT_EQ(panel_->AnswerTo(null)["error"]["code"], 424);
 }
 
@@ -185,9 +185,9 @@ TEST_F(ExtensionsTest, WhatAnAgentLeavesUnansweredEndsWithItsConnection) {
   (void)Identify();
   const int asked = Ask();
   (void)agent_->WaitFor("status");
-  Say({{"id", "no number"}, {"result", 1}});
-  Say({{"id", 5}, {"result", 1}});
-  Say({{"result", 1}});
+  SendAnswer({{"id", "no number"}, {"result", 1}});
+  SendAnswer({{"id", 5}, {"result", 1}});
+  SendAnswer({{"result", 1}});
   agent_.reset();
   EXPECT_EQ(panel_->AnswerTo(asked)["error"],
             (Json{{"code", 500}, {"message", "Client Socket Disconnected"}}));

@@ -219,20 +219,20 @@ bool Hub::CallServer(std::uint64_t number, const std::string& method, const Json
 }
 
 void Hub::Ask(std::uint64_t number, bool subscribe, const Json& params, const Reply& reply) {
-  constexpr std::size_t kMostQueries = 1000;
+  constexpr std::size_t kMaxQueries = 1000;
   const Result<StatusRequest> objects = ParseStatusRequest(params);
   if (!objects) return reply(Answer::Error(400, objects.error().message));
-  if (queries_.size() >= kMostQueries) return reply(Answer::Error(400, "Too many queries wait"));
+  if (queries_.size() >= kMaxQueries) return reply(Answer::Error(400, "Too many queries wait"));
   queries_.push_back({number, subscribe, *objects, reply});
 }
 
 Answer Hub::AddDump(std::uint64_t connection, const std::string& source, const Json& params,
                     std::size_t next, Json header) {
-  constexpr std::size_t kMostDumps = 100;
+  constexpr std::size_t kMaxDumps = 100;
   const auto form = params.find("response_template");
   const std::optional<std::string> method =
       form != params.end() && form->is_object() ? TextOf(*form, "method") : std::nullopt;
-  if (method && dumps_.size() >= kMostDumps) return Answer::Error(400, "Too many dumps");
+  if (method && dumps_.size() >= kMaxDumps) return Answer::Error(400, "Too many dumps");
   // Without a method nobody is notified, which is no error.
   const auto found = connections_.find(connection);
   const bool through = found != connections_.end() && found->second.through;

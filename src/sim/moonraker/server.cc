@@ -33,9 +33,9 @@ using ErrorCode = beast::error_code;
 constexpr std::size_t kLongestMessage = 4 << 20;
 constexpr std::size_t kLongestHeader = 16 << 10;
 constexpr std::uint64_t kLongestUpload = 64 << 20;
-constexpr std::size_t kMostWaiting = 20'000;  // messages that a client has not taken
-constexpr std::size_t kMostWaitingBytes = 64 << 20;
-constexpr long kMostConnections = 100;
+constexpr std::size_t kMaxWaiting = 20'000;  // messages that a client has not taken
+constexpr std::size_t kMaxWaitingBytes = 64 << 20;
+constexpr long kMaxConnections = 100;
 constexpr auto kTick = std::chrono::milliseconds(3);
 
 // Shared by each connection for its lifetime: the owners are counted.
@@ -68,7 +68,7 @@ class WebSocketSession : public Peer, public std::enable_shared_from_this<WebSoc
   }
 
   void Send(const std::string& message) override {
-    if (waiting_.size() >= kMostWaiting || bytes_ >= kMostWaitingBytes) return Close();
+    if (waiting_.size() >= kMaxWaiting || bytes_ >= kMaxWaitingBytes) return Close();
     bytes_ += message.size();
     waiting_.push_back(message);
     if (waiting_.size() == 1) Write();
@@ -201,7 +201,7 @@ struct PrinterServer::Sockets {
   void AcceptTcp() {
     tcp.async_accept([this](const ErrorCode& error, Tcp::socket socket) {
       if (error == net::error::operation_aborted) return;
-      if (!error && !hub.refuses() && places.use_count() <= kMostConnections) {
+      if (!error && !hub.refuses() && places.use_count() <= kMaxConnections) {
         ErrorCode ignored;
         socket.set_option(Tcp::no_delay(true), ignored);
         (void)NoteBug(

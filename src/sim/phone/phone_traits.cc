@@ -67,7 +67,7 @@ Special SpecialOf(std::string_view name, std::size_t& tool) {
     if (name.size() != before.size() + 1 + after.size()) return false;
     if (!name.starts_with(before) || !name.ends_with(after)) return false;
     const int digit = name[before.size()] - '0';
-    if (digit < 0 || digit >= kMostSheetTools) return false;
+    if (digit < 0 || digit >= kMaxSheetTools) return false;
     tool = static_cast<std::size_t>(digit);
     return true;
   };

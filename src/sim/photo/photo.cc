@@ -23,7 +23,7 @@ using Bgr = std::array<double, 3>;  // relative to full scale
 constexpr int kSamples = 2;      // per pixel, each way
 constexpr double kMarginMm = 2;  // relief around the print, for shadows
 constexpr double kFinestCellMm = 0.025;
-constexpr double kMostCells = 20e6;
+constexpr double kMaxCells = 20e6;
 constexpr double kBlockMm = 1;  // resolution at which bare plate is told apart quickly
 constexpr double kTextureCellMm = 0.035;
 
@@ -61,7 +61,7 @@ class Scene {
     const BedRegion region{print.min_x_mm - kMarginMm, print.min_y_mm - kMarginMm,
                            print.max_x_mm + kMarginMm, print.max_y_mm + kMarginMm};
     const double area = (region.max_x_mm - region.min_x_mm) * (region.max_y_mm - region.min_y_mm);
-    relief_ = RasterizeBed(bed, region, std::max(kFinestCellMm, std::sqrt(area / kMostCells)));
+    relief_ = RasterizeBed(bed, region, std::max(kFinestCellMm, std::sqrt(area / kMaxCells)));
     MarkBlocks();
     light_ = {std::cos(traits.light_elevation_rad) * std::cos(traits.light_azimuth_rad),
               std::cos(traits.light_elevation_rad) * std::sin(traits.light_azimuth_rad),
@@ -71,9 +71,9 @@ class Scene {
   /// Returns the light that arrives along one ray, relative to full scale.
   [[nodiscard]] Bgr See(double x_px, double y_px) const {
     const Vector3 ray = camera_.Ray(x_px, y_px);
-    const Vector3& eye = camera_.position();
-    double x = eye.x + ray.x * eye.z;
-    double y = eye.y + ray.y * eye.z;
+    const Vector3& optics = camera_.position();
+    double x = optics.x + ray.x * optics.z;
+    double y = optics.y + ray.y * optics.z;
     Bgr colour;
     if (!(x >= 0 && y >= 0 && x <= bed_x_mm_ && y <= bed_y_mm_)) {
       colour = {0.02, 0.02, 0.02};  // beyond the plate

@@ -57,7 +57,7 @@ class HotEnd {
   HotEnd(Starvation starvation) : starvation_(starvation) {}
 
   // Pushes filament in during one step; returns the output (>= 0).
-  double Push(double filament_mm, const StorageLaw& law, bool printing) {
+  double Push(double filament_mm, const StorageModel& law, bool printing) {
     const bool refills = starvation_ == Starvation::kRefill || !printing;
     const double in_mm_s = filament_mm / kStepS;
     const DrivenFlow out =
@@ -129,12 +129,12 @@ void Lay(StrokeDeposit& deposit, double from_mm, double to_mm, double filament_m
 }
 
 double Slipped(double filament_mm, const ExtruderOptions& options) {
-  constexpr double kMostSlip = 0.5;
+  constexpr double kMaxSlip = 0.5;
   if (filament_mm <= 0) {
     return 0;
   }
   const double ratio = filament_mm / kStepS / options.slip_reference_mm_s;
-  return filament_mm * std::min(kMostSlip, options.slip * ratio * ratio);
+  return filament_mm * std::min(kMaxSlip, options.slip * ratio * ratio);
 }
 
 }  // namespace

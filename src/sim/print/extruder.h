@@ -38,7 +38,7 @@ struct Stroke {
 
 /// Properties of one stroke's extrusion, drawn from the traits.
 struct StrokeFlow {
-  StorageLaw law;
+  StorageModel law;
   double factor = 1;         ///< delivered over commanded
   double start_loss_mm = 0;  ///< filament missing after an un-retraction
 };

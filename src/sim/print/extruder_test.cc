@@ -37,7 +37,7 @@ struct Trial {
 };
 
 Trial Extruded(const TestPattern& pattern, const ExtruderOptions& options = {},
-               const StorageLaw& law = {StorageKind::kLinear, kTauS}) {
+               const StorageModel& law = {StorageKind::kLinear, kTauS}) {
   Trial trial;
   const auto program = InterpretGcode(WriteTestPattern(pattern), {});
   EXPECT_TRUE(program);
@@ -134,7 +134,7 @@ TEST(Extruder, SurplusOfATransitionIsLagErrorTimesSpeedChange) {
 }
 
 TEST(Extruder, ShearThinningStoresByItsLaw) {
-  const StorageLaw law =
+  const StorageModel law =
       ScaledTo({StorageKind::kPower, 1, 0.5}, kTauS, 5 * kFilamentPerMm, 150 * kFilamentPerMm);
   const Trial trial = Extruded(LongLine(0.02, 0.04), {}, law);
   const double expected_mm = (kTauS - 0.02) * 145 * kFilamentPerMm;
@@ -157,7 +157,7 @@ TEST(Extruder, KeepsEveryBitOfFilament) {
   }
 }
 
-std::vector<StorageLaw> AllLaws() {
+std::vector<StorageModel> AllLaws() {
   return {{StorageKind::kLinear, 0.04, 1, 0, 1},
           {StorageKind::kPower, 0.15, 0.4, 0, 1},
           {StorageKind::kPower, 0.05, 0.85, 0, 1},
@@ -165,26 +165,26 @@ std::vector<StorageLaw> AllLaws() {
           {StorageKind::kReciprocal, 0.06, 1, 0.95, 0.3}};
 }
 
-TEST(StorageLaw, IdealPressureAdvanceIsTheChordOfEachLaw) {
+TEST(StorageModel, IdealPressureAdvanceIsTheChordOfEachLaw) {
   // Worked by hand between 1 and 4 mm/s.
-  const StorageLaw linear{StorageKind::kLinear, 0.04, 1, 0, 1};
+  const StorageModel linear{StorageKind::kLinear, 0.04, 1, 0, 1};
   EXPECT_NEAR(IdealPressureAdvance(linear, 1, 4), 0.04, 1e-15);
-  const StorageLaw power{StorageKind::kPower, 0.09, 0.5, 0, 1};
+  const StorageModel power{StorageKind::kPower, 0.09, 0.5, 0, 1};
   EXPECT_NEAR(IdealPressureAdvance(power, 1, 4), 0.09 * (2 - 1) / 3, 1e-15);
-  const StorageLaw tanh_law{StorageKind::kTanh, 0.1, 1, 0.6, 2};
+  const StorageModel tanh_law{StorageKind::kTanh, 0.1, 1, 0.6, 2};
   EXPECT_NEAR(IdealPressureAdvance(tanh_law, 1, 4),
               0.1 * (0.4 * 3 + 0.6 * 2 * (std::tanh(2.0) - std::tanh(0.5))) / 3, 1e-15);
-  const StorageLaw reciprocal{StorageKind::kReciprocal, 0.1, 1, 0.6, 2};
+  const StorageModel reciprocal{StorageKind::kReciprocal, 0.1, 1, 0.6, 2};
   EXPECT_NEAR(IdealPressureAdvance(reciprocal, 1, 4),
               0.1 * (0.4 * 3 + 0.6 * 2 * (4.0 / 6 - 1.0 / 3)) / 3, 1e-15);
 }
 
-TEST(StorageLaw, ScaledToReachesTheWantedTruthAtAnySpeeds) {
+TEST(StorageModel, ScaledToReachesTheWantedTruthAtAnySpeeds) {
   constexpr double kRelative = 1e-12;
-  for (const StorageLaw& law : AllLaws()) {
+  for (const StorageModel& law : AllLaws()) {
     for (const double k_star_s : {1e-4, 0.036, 1.0}) {
       for (const double fast : {0.01, 7.0, 100.0}) {
-        const StorageLaw scaled = ScaledTo(law, k_star_s, 0.1 * fast, fast);
+        const StorageModel scaled = ScaledTo(law, k_star_s, 0.1 * fast, fast);
         EXPECT_NEAR(IdealPressureAdvance(scaled, 0.1 * fast, fast), k_star_s, kRelative * k_star_s);
         EXPECT_NEAR(IdealPressureAdvance(ScaledTo(law, k_star_s, 0, fast), 0, fast), k_star_s,
                     kRelative * k_star_s);

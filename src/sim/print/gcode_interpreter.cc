@@ -24,8 +24,8 @@ constexpr Bound kSmoothTimeS{0, 0.2};
 constexpr Bound kPercent{1, 1e4};
 constexpr Bound kDwellMs{0, 1e9};
 constexpr Bound kTemperatureC{-300, 2000};
-constexpr std::size_t kMostIgnoredNames = 200;
-constexpr std::size_t kMostSavedStates = 100;
+constexpr std::size_t kMaxIgnoredNames = 200;
+constexpr std::size_t kMaxSavedStates = 100;
 
 struct State : Modes {
   double feed_mm_s = 25;  // Klipper's, before any F
@@ -215,9 +215,9 @@ Result<void> Interpreter::SetTemperature(const Command& command) {
 
 Result<void> Interpreter::SaveState(const Command& command) {
   const std::string name = command.text_of("NAME", "default");
-  if (saved_.size() >= kMostSavedStates && saved_.count(name) == 0) {
+  if (saved_.size() >= kMaxSavedStates && saved_.count(name) == 0) {
     return Fail(
-        fmt::format("G-code line {}: more than {} saved states", command.line, kMostSavedStates));
+        fmt::format("G-code line {}: more than {} saved states", command.line, kMaxSavedStates));
   }
   saved_[name] = state_;
   return {};
@@ -293,7 +293,7 @@ Result<void> Interpreter::Run(const Command& command) {
       std::find(std::begin(kSilent), std::end(kSilent), command.name) != std::end(kSilent);
   if (command.name.empty() || silent) return {};
   const std::string name = command.name.substr(0, 40);
-  const bool room = program_.ignored.size() < kMostIgnoredNames || program_.ignored.count(name) > 0;
+  const bool room = program_.ignored.size() < kMaxIgnoredNames || program_.ignored.count(name) > 0;
   ++program_.ignored[room ? name : "others"];
   return {};
 }

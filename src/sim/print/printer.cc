@@ -24,7 +24,7 @@ constexpr double kSpacingMm = 0.04;
 constexpr double kLongestPrintS = 3600;
 constexpr double kLongestLineMm = 100e3;
 constexpr double kColdNozzleC = 170;  // Klipper's min_extrude_temp
-constexpr double kLeastGapMm = 0.03;  // a nozzle pressed onto the plate still leaves a film
+constexpr double kMinGapMm = 0.03;    // a nozzle pressed onto the plate still leaves a film
 constexpr double kSlipReferenceMm3S = 15;
 
 double FilamentArea(const PrinterTraits& traits) {
@@ -51,7 +51,7 @@ struct LineFlows {
 };
 
 LineFlows FindLineFlows(std::span<const TimedMove> plan, std::span<const Stroke> strokes) {
-  constexpr double kLeastChange = 0.05;
+  constexpr double kMinChange = 0.05;
   std::vector<double> slow;
   std::vector<double> fast;
   std::map<double, double> length_by_flow;
@@ -63,7 +63,7 @@ LineFlows FindLineFlows(std::span<const TimedMove> plan, std::span<const Stroke>
         continue;
       }
       const double before = CruiseFlow(plan[i - 1]);
-      if (std::abs(flow - before) > kLeastChange * std::max(flow, before)) {
+      if (std::abs(flow - before) > kMinChange * std::max(flow, before)) {
         slow.push_back(std::min(flow, before));
         fast.push_back(std::max(flow, before));
       }
@@ -79,16 +79,16 @@ LineFlows FindLineFlows(std::span<const TimedMove> plan, std::span<const Stroke>
 }
 
 // Draws the random traits of each stroke.
-std::vector<StrokeFlow> DrawFlows(std::span<const Stroke> strokes, const StorageLaw& law,
+std::vector<StrokeFlow> DrawFlows(std::span<const Stroke> strokes, const StorageModel& law,
                                   const PrinterTraits& traits, Random& random) {
-  constexpr double kLeastFactor = 0.2;
+  constexpr double kMinFactor = 0.2;
   std::vector<StrokeFlow> flows;
   for (std::size_t k = 0; k < strokes.size(); ++k) {
     StrokeFlow flow;
     flow.law = law;
     flow.law.scale_s *=
-        std::max(kLeastFactor, 1 + random.Normal(0, traits.lag_scatter_s) / traits.k_star_s);
-    flow.factor = std::max(kLeastFactor, 1 + random.Normal(0, traits.flow_scatter));
+        std::max(kMinFactor, 1 + random.Normal(0, traits.lag_scatter_s) / traits.k_star_s);
+    flow.factor = std::max(kMinFactor, 1 + random.Normal(0, traits.flow_scatter));
     flow.start_loss_mm = traits.start_loss_mm + random.Normal(0, traits.start_loss_scatter_mm);
     flows.push_back(flow);
   }
@@ -124,7 +124,7 @@ class StrokePath {
 double GapAt(const Position& nozzle, const PrinterTraits& traits) {
   const double plate_mm = traits.plate_tilt_x * (nozzle.x_mm - 0.5 * traits.bed_size_x_mm) +
                           traits.plate_tilt_y * (nozzle.y_mm - 0.5 * traits.bed_size_y_mm);
-  return std::max(kLeastGapMm, nozzle.z_mm - plate_mm);
+  return std::max(kMinGapMm, nozzle.z_mm - plate_mm);
 }
 
 Strand LayStrand(std::span<const TimedMove> plan, const Stroke& stroke,
@@ -242,7 +242,7 @@ Result<Print> PrintGcode(std::string_view gcode, const PrinterTraits& traits, Ra
   const std::vector<Stroke> strokes = FindStrokes(plan);
   TRY(CheckExtent(plan, strokes));
   const LineFlows lines = FindLineFlows(plan, strokes);
-  const StorageLaw law = ScaledTo(traits.law, traits.k_star_s, lines.slow_mm_s, lines.fast_mm_s);
+  const StorageModel law = ScaledTo(traits.law, traits.k_star_s, lines.slow_mm_s, lines.fast_mm_s);
   const std::vector<StrokeFlow> flows = DrawFlows(strokes, law, traits, random);
   const Extrusion extrusion =
       Extrude(plan, strokes, DrivenFilament(plan), flows, DrawExtruder(traits, random), kSpacingMm);
@@ -262,7 +262,7 @@ Result<Print> PrintGcode(std::string_view gcode, const PrinterTraits& traits, Ra
 namespace {
 
 // Random streams of a world; new parts get new numbers, so that old worlds are unchanged.
-enum Stream : std::uint64_t { kTruth = 1, kTraits, kPrint, kPhotoEye, kLaserEye = 100 };
+enum Stream : std::uint64_t { kTruth = 1, kTraits, kPrint, kPhotoReader, kLaserReader = 100 };
 
 constexpr Interval kTruthS{0.015, 0.045};  // the middle half of what a pattern tests by default
 
@@ -285,13 +285,13 @@ Result<Print> PrintInWorld(std::string_view gcode, std::uint64_t seed,
   return PrintGcode(gcode, DrawTraits(*k_star_s, traits_random), print_random);
 }
 
-Random LaserEyeOf(std::uint64_t seed, const Condition& condition) {
+Random LaserRandom(std::uint64_t seed, const Condition& condition) {
   const auto index = static_cast<std::uint64_t>(condition.plate) * 4 +
                      static_cast<std::uint64_t>(condition.filament) * 2 +
                      (condition.ambient ? 1U : 0U);
-  return Random(seed).Fork(kLaserEye + index);
+  return Random(seed).Fork(kLaserReader + index);
 }
 
-Random PhotoEyeOf(std::uint64_t seed) { return Random(seed).Fork(kPhotoEye); }
+Random PhotoRandom(std::uint64_t seed) { return Random(seed).Fork(kPhotoReader); }
 
 }  // namespace trammel::sim

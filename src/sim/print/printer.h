@@ -41,9 +41,9 @@ struct Print {
 
 /// Returns the random generator of laser and camera in one condition: each sees the same print
 /// anew.
-[[nodiscard]] Random LaserEyeOf(std::uint64_t seed, const Condition& condition);
+[[nodiscard]] Random LaserRandom(std::uint64_t seed, const Condition& condition);
 
 /// Returns the random generator of the photo camera.
-[[nodiscard]] Random PhotoEyeOf(std::uint64_t seed);
+[[nodiscard]] Random PhotoRandom(std::uint64_t seed);
 
 }  // namespace trammel::sim

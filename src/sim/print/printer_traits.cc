@@ -14,7 +14,7 @@ struct Shape {
 };
 
 // Computes the shape for flow >= 0 and saturating models only.
-Shape SaturatingShape(const StorageLaw& law, double flow_mm_s) {
+Shape SaturatingShape(const StorageModel& law, double flow_mm_s) {
   const double a = law.saturating_share;
   const double ratio = flow_mm_s / law.knee_mm_s;
   Shape bent;
@@ -28,7 +28,7 @@ Shape SaturatingShape(const StorageLaw& law, double flow_mm_s) {
   return {(1 - a) * flow_mm_s + a * law.knee_mm_s * bent.value, (1 - a) + a * bent.slope};
 }
 
-double PositiveShape(const StorageLaw& law, double flow_mm_s) {
+double PositiveShape(const StorageModel& law, double flow_mm_s) {
   switch (law.kind) {
     case StorageKind::kLinear:
       return flow_mm_s;
@@ -43,7 +43,7 @@ double PositiveShape(const StorageLaw& law, double flow_mm_s) {
 
 // Newton from below: the shapes are concave with a slope of 1 at 0, so that `level` is at or below
 // the root and every step remains there.
-DrivenFlow InvertSaturating(const StorageLaw& law, double level) {
+DrivenFlow InvertSaturating(const StorageModel& law, double level) {
   double flow = level;
   for (int i = 0; i < 50; ++i) {
     const Shape shape = SaturatingShape(law, flow);
@@ -56,7 +56,7 @@ DrivenFlow InvertSaturating(const StorageLaw& law, double level) {
   return {flow, 1 / (law.scale_s * SaturatingShape(law, flow).slope)};
 }
 
-DrivenFlow PositiveFlow(const StorageLaw& law, double stored_mm) {
+DrivenFlow PositiveFlow(const StorageModel& law, double stored_mm) {
   const double level = stored_mm / law.scale_s;
   switch (law.kind) {
     case StorageKind::kLinear:
@@ -74,11 +74,11 @@ DrivenFlow PositiveFlow(const StorageLaw& law, double stored_mm) {
 
 }  // namespace
 
-double Stored(const StorageLaw& law, double flow_mm_s) {
+double Stored(const StorageModel& law, double flow_mm_s) {
   return std::copysign(law.scale_s * PositiveShape(law, std::abs(flow_mm_s)), flow_mm_s);
 }
 
-DrivenFlow FlowFromStored(const StorageLaw& law, double stored_mm) {
+DrivenFlow FlowFromStored(const StorageModel& law, double stored_mm) {
   // Below a picometre the flow is negligible, and the power law's slope would be 0/0.
   if (std::abs(stored_mm) < 1e-9) {
     return {};
@@ -88,13 +88,13 @@ DrivenFlow FlowFromStored(const StorageLaw& law, double stored_mm) {
   return driven;
 }
 
-double IdealPressureAdvance(const StorageLaw& law, double slow_mm_s, double fast_mm_s) {
+double IdealPressureAdvance(const StorageModel& law, double slow_mm_s, double fast_mm_s) {
   TRAMMEL_CHECK(slow_mm_s >= 0 && fast_mm_s > slow_mm_s, "slow = {}, fast = {}", slow_mm_s,
                 fast_mm_s);
   return (Stored(law, fast_mm_s) - Stored(law, slow_mm_s)) / (fast_mm_s - slow_mm_s);
 }
 
-StorageLaw ScaledTo(StorageLaw law, double k_star_s, double slow_mm_s, double fast_mm_s) {
+StorageModel ScaledTo(StorageModel law, double k_star_s, double slow_mm_s, double fast_mm_s) {
   TRAMMEL_CHECK(k_star_s > 0, "k_star_s = {}", k_star_s);
   law.scale_s = 1;
   law.scale_s = k_star_s / IdealPressureAdvance(law, slow_mm_s, fast_mm_s);

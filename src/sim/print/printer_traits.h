@@ -13,7 +13,7 @@ enum class StorageKind {
   kReciprocal,  ///< S = c ((1 - a) q + a q0 (1 - 1 / (1 + q / q0))): saturates more slowly
 };
 
-struct StorageLaw {
+struct StorageModel {
   StorageKind kind = StorageKind::kLinear;
   double scale_s = 0.036;         ///< c: s (kPower: mm / (mm/s)^n); > 0
   double exponent = 1;            ///< n of kPower; 0.2 … 1
@@ -22,7 +22,7 @@ struct StorageLaw {
 };
 
 /// Returns S(q) in mm of filament; odd in q.
-[[nodiscard]] double Stored(const StorageLaw& law, double flow_mm_s);
+[[nodiscard]] double Stored(const StorageModel& law, double flow_mm_s);
 
 /// Steady flow and its derivative with respect to the storage that drives it.
 struct DrivenFlow {
@@ -31,16 +31,16 @@ struct DrivenFlow {
 };
 
 /// Inverts Stored, odd in stored_mm. The saturating laws are solved to 1e-12 of the flow.
-[[nodiscard]] DrivenFlow FlowFromStored(const StorageLaw& law, double stored_mm);
+[[nodiscard]] DrivenFlow FlowFromStored(const StorageModel& law, double stored_mm);
 
 /// Returns K* = (S(fast) - S(slow)) / (fast - slow): the pressure advance that exactly supplies the
 /// storage of the change of flow. REQUIRES fast > slow >= 0, filament mm/s.
-[[nodiscard]] double IdealPressureAdvance(const StorageLaw& law, double slow_mm_s,
+[[nodiscard]] double IdealPressureAdvance(const StorageModel& law, double slow_mm_s,
                                           double fast_mm_s);
 
 /// Returns the law scaled such that IdealPressureAdvance is k_star_s. REQUIRES k_star_s > 0.
-[[nodiscard]] StorageLaw ScaledTo(StorageLaw law, double k_star_s, double slow_mm_s,
-                                  double fast_mm_s);
+[[nodiscard]] StorageModel ScaledTo(StorageModel law, double k_star_s, double slow_mm_s,
+                                    double fast_mm_s);
 
 /// Behaviour when less filament is driven than delivered.
 enum class Starvation {
@@ -65,7 +65,7 @@ struct PrinterTraits {
 
   /// Lag. The law's scale is not used: each print scales the law to k_star_s at its own speeds.
   double k_star_s = 0.036;  ///< the truth, 0.0001 … 10
-  StorageLaw law;
+  StorageModel law;
   Starvation starvation = Starvation::kRefill;
   double lag_scatter_s = 0;  ///< 1 sigma of one line's K* about the mean, 0 … 0.1
 

@@ -65,7 +65,7 @@ namespace {
 
 constexpr double kAroundMm = 10;
 constexpr double kMmPerInch = 25.4;
-constexpr double kMostPixels = 60'000;  // per side: 630 mm at 2400 dpi
+constexpr double kMaxPixels = 60'000;  // per side: 630 mm at 2400 dpi
 
 struct Box {
   double lo_x = std::numeric_limits<double>::infinity();
@@ -119,11 +119,11 @@ Result<ScannerMap> ScannerMap::Make(const PrintedSheet& sheet, const ScannerTrai
   const double px_per_mm = traits.dpi / kMmPerInch;
   const double width_px = std::floor((map.area_width_mm_ - traits.crop_left_mm) * px_per_mm);
   const double height_px = std::floor((map.area_height_mm_ - traits.crop_top_mm) * px_per_mm);
-  if (!(width_px >= 8 && width_px <= kMostPixels && height_px >= 8 && height_px <= kMostPixels)) {
+  if (!(width_px >= 8 && width_px <= kMaxPixels && height_px >= 8 && height_px <= kMaxPixels)) {
     return Fail(
         fmt::format("the scan would have {} x {} px; it must have 8 … {} a side: choose "
                     "another area or resolution",
-                    width_px, height_px, kMostPixels));
+                    width_px, height_px, kMaxPixels));
   }
   map.width_px_ = static_cast<int>(width_px);
   map.height_px_ = static_cast<int>(height_px);

@@ -68,14 +68,14 @@ TEST(OriginalSheet, BoxHasThePublishedSizeForEveryNumberOfTools) {
   for (int count = 2; count <= 5; ++count) {
     OriginalSheet sheet;
     sheet.tools.resize(static_cast<std::size_t>(count));
-    double most_u = 0;
-    double most_v = 0;
+    double max_u = 0;
+    double max_v = 0;
     for (const Stretch& line : Straight(sheet)) {
-      most_u = std::max(most_u, line.to.x_mm);
-      most_v = std::max(most_v, line.to.y_mm);
+      max_u = std::max(max_u, line.to.x_mm);
+      max_v = std::max(max_v, line.to.y_mm);
     }
-    EXPECT_NEAR(2 * most_u, sizes[count - 2][0], 2 * kFileMm) << count;
-    EXPECT_NEAR(2 * most_v, sizes[count - 2][1], 2 * kFileMm) << count;
+    EXPECT_NEAR(2 * max_u, sizes[count - 2][0], 2 * kFileMm) << count;
+    EXPECT_NEAR(2 * max_v, sizes[count - 2][1], 2 * kFileMm) << count;
   }
 }
 

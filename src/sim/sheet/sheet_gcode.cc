@@ -10,8 +10,8 @@ namespace sheet {
 namespace {
 
 constexpr Bound kPercent{1, 1e4};
-constexpr int kMostCommands = 5'000'000;
-constexpr std::size_t kMostNames = 200;
+constexpr int kMaxCommands = 5'000'000;
+constexpr std::size_t kMaxNames = 200;
 constexpr int kDeepestMacro = 10;
 // Commands of the three firmwares that never move a tool to another position.
 constexpr std::string_view kSilent =
@@ -61,7 +61,7 @@ const std::map<std::string, Interpreter::Handler, std::less<>>& Interpreter::Han
 void Interpreter::Ignore(const std::string& name) {
   if (kSilent.find(" " + name + " ") != std::string_view::npos) return;
   const std::string shown = name.substr(0, 40);
-  const bool room = program_.ignored.size() < kMostNames || program_.ignored.count(shown) > 0;
+  const bool room = program_.ignored.size() < kMaxNames || program_.ignored.count(shown) > 0;
   ++program_.ignored[room ? shown : "others"];
 }
 
@@ -144,8 +144,8 @@ Result<void> Interpreter::SetVolumetric(const Command& command) {
 Result<void> Interpreter::SaveState(const Command& command) {
   if (setup_.firmware == SheetFirmware::kMarlin) return {};  // M120 is about endstops there
   const std::string name = command.text_of("NAME", "default");
-  if (saved_.size() >= kMostNames && saved_.count(name) == 0) {
-    return Fail(fmt::format("G-code line {}: more than {} saved states", command.line, kMostNames));
+  if (saved_.size() >= kMaxNames && saved_.count(name) == 0) {
+    return Fail(fmt::format("G-code line {}: more than {} saved states", command.line, kMaxNames));
   }
   saved_[name] = {state_, offsets_.shift()};
   return {};
@@ -202,9 +202,9 @@ Result<void> Interpreter::RunMacro(const std::string& text, int number, int dept
 Result<void> Interpreter::Run(std::string_view line, int number, int depth) {
   const Command command = ParseCommand(line, number);
   if (command.name.empty()) return {};
-  if (++commands_ > kMostCommands) {
+  if (++commands_ > kMaxCommands) {
     return Fail(fmt::format("G-code line {}: more than {} commands, macros included", number,
-                            kMostCommands));
+                            kMaxCommands));
   }
   const auto macro = setup_.macros.find(command.name);
   if (macro != setup_.macros.end()) return RunMacro(macro->second, number, depth);

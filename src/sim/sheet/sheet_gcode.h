@@ -14,7 +14,7 @@
 
 namespace trammel::sim {
 
-constexpr int kMostSheetTools = 8;
+constexpr int kMaxSheetTools = 8;
 
 /// Point or shift on the bed or on the sheet.
 struct PlaneMm {
@@ -41,7 +41,7 @@ struct SheetSetup {
   /// Offsets stored in the firmware per tool, in its own sign: gcode_x_offset of Klipper's
   /// toolchanger extension (acts when the tool is selected by T or SELECT_TOOL), Marlin's M218,
   /// RepRapFirmware's G10. mm, +-1000. Klipper: has the extension if any is set.
-  std::array<std::optional<PlaneMm>, kMostSheetTools> stored{};
+  std::array<std::optional<PlaneMm>, kMaxSheetTools> stored{};
   SheetMacros macros;  ///< Klipper's gcode_macros
   /// Further commands that select a tool, with "{tool}" for its number.
   std::vector<std::string> tool_commands;

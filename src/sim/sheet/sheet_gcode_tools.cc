@@ -20,11 +20,11 @@ Result<int> ToolNamed(const std::string& name, int line) {
   const std::string upper = UpperCase(name);
   const std::size_t size = upper.size();
   if (size >= 2 && upper[size - 2] == 'T' && upper[size - 1] >= '0' &&
-      upper[size - 1] < '0' + kMostSheetTools) {
+      upper[size - 1] < '0' + kMaxSheetTools) {
     return upper[size - 1] - '0';
   }
   return Fail(fmt::format("G-code line {}: there is no tool '{}'; give T=0 … {} or TOOL=T0 …", line,
-                          name.substr(0, 40), kMostSheetTools - 1));
+                          name.substr(0, 40), kMaxSheetTools - 1));
 }
 
 }  // namespace
@@ -93,9 +93,9 @@ Result<void> Interpreter::SetToolOffset(const Command& command) {
 }
 
 Result<void> Interpreter::ChangeTool(const Command& command, int tool, bool by_changer) {
-  if (tool < 0 || tool >= kMostSheetTools) {
+  if (tool < 0 || tool >= kMaxSheetTools) {
     return Fail(fmt::format("G-code line {}: there is no tool {}; the virtual machine has 0 … {}",
-                            command.line, tool, kMostSheetTools - 1));
+                            command.line, tool, kMaxSheetTools - 1));
   }
   if (tool != tool_ || !tool_in_use_) ++pick_up_;
   tool_in_use_ = true;
@@ -163,7 +163,7 @@ Result<bool> Interpreter::RunToolCommand(const Command& command, std::string_vie
   const std::string text = UpperCase(line.substr(0, std::min(line.size(), line.find(';'))));
   const std::size_t last = text.find_last_not_of(" \t\r");
   for (const std::string& pattern : setup_.tool_commands) {
-    for (int tool = 0; tool < kMostSheetTools; ++tool) {
+    for (int tool = 0; tool < kMaxSheetTools; ++tool) {
       const std::size_t at = pattern.find("{tool}");
       if (at == std::string::npos) break;
       const std::string wanted =

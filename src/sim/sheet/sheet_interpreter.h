@@ -14,7 +14,7 @@
 
 namespace trammel::sim::sheet {
 
-inline constexpr Bound kToolNumber{0, kMostSheetTools - 1};
+inline constexpr Bound kToolNumber{0, kMaxSheetTools - 1};
 
 // State that Klipper's SAVE_GCODE_STATE saves.
 struct State : Modes {

@@ -16,14 +16,14 @@ constexpr NamedChoice<SheetScene> kScenes[] = {{"black-on-white", SheetScene::kB
                                                {"colours-on-white", SheetScene::kColoursOnWhite}};
 
 // Filaments that a flatbed distinguishes from white paper in at least one channel.
-constexpr std::array<LinearRgb, kMostSheetTools> kFilaments = {{{0.02, 0.02, 0.02},
-                                                                {0.55, 0.03, 0.03},
-                                                                {0.03, 0.08, 0.45},
-                                                                {0.03, 0.30, 0.06},
-                                                                {0.60, 0.16, 0.02},
-                                                                {0.20, 0.03, 0.25},
-                                                                {0.15, 0.15, 0.15},
-                                                                {0.02, 0.30, 0.40}}};
+constexpr std::array<LinearRgb, kMaxSheetTools> kFilaments = {{{0.02, 0.02, 0.02},
+                                                               {0.55, 0.03, 0.03},
+                                                               {0.03, 0.08, 0.45},
+                                                               {0.03, 0.30, 0.06},
+                                                               {0.60, 0.16, 0.02},
+                                                               {0.20, 0.03, 0.25},
+                                                               {0.15, 0.15, 0.15},
+                                                               {0.02, 0.30, 0.40}}};
 
 LinearRgb InkOf(SheetScene scene, std::size_t tool, Random& random) {
   const double tone = random.Uniform(0.8, 1.2);

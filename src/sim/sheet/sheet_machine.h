@@ -36,7 +36,7 @@ struct PeriodicError {
 
 /// Traits of the machine that are constant between sheets. The defaults are ideal.
 struct SheetMachine {
-  std::array<SheetTool, kMostSheetTools> tools;
+  std::array<SheetTool, kMaxSheetTools> tools;
   /// Backlash of x and y: the nozzle follows backlash/2 behind the commanded position, 0 … 1 mm.
   std::array<double, 2> backlash_mm = {0, 0};
   std::array<PeriodicError, 2> motor;   ///< x and y

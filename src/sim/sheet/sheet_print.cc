@@ -23,7 +23,7 @@ constexpr double kSameDirection = 1e-6;  // sine of the angle between two moves 
 constexpr double kPrimedMm = 1e-7;       // filament; rounding of the file's five digits stays below
 constexpr double kThinnestMm = 0.05;
 constexpr double kWidestMm = 3;
-constexpr std::size_t kMostPoints = 20'000'000;
+constexpr std::size_t kMaxPoints = 20'000'000;
 
 class Press {
  public:
@@ -48,8 +48,8 @@ class Press {
   Random random_;
   SheetNozzle nozzle_;
   PrintedSheet sheet_;
-  std::array<double, kMostSheetTools> retracted_mm_{};
-  std::array<std::optional<PlaneMm>, kMostSheetTools> offsets_{};
+  std::array<double, kMaxSheetTools> retracted_mm_{};
+  std::array<std::optional<PlaneMm>, kMaxSheetTools> offsets_{};
   DrawnLine line_;
   bool arc_ = false;                 // the line that is being drawn is a chord of one
   std::optional<PlaneMm> line_end_;  // until the travel that leaves it
@@ -185,9 +185,9 @@ Result<PrintedSheet> PrintSheet(const SheetProgram& program, const SheetMachine&
   Press press(machine, paper, random);
   for (const SheetMove& move : program.moves) {
     press.Run(move);
-    if (press.points() > kMostPoints) {
+    if (press.points() > kMaxPoints) {
       return Fail(fmt::format("G-code line {}: more than {} m of lines on one sheet", move.line,
-                              static_cast<double>(kMostPoints) * kStepMm / 1000));
+                              static_cast<double>(kMaxPoints) * kStepMm / 1000));
     }
   }
   PrintedSheet sheet = press.Take();

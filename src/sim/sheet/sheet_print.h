@@ -13,8 +13,8 @@
 
 namespace trammel::sim {
 
-constexpr int kDirtInk = kMostSheetTools;
-constexpr int kInkCount = kMostSheetTools + 1;
+constexpr int kDirtInk = kMaxSheetTools;
+constexpr int kInkCount = kMaxSheetTools + 1;
 
 /// Point of a line's path and the line's edges beside it.
 struct StrokePoint {

@@ -36,7 +36,7 @@ class SheetToolOffsets {
   SheetFirmware firmware_;
   bool has_changer_ = false;
   int tool_ = 0;
-  std::array<Shift, kMostSheetTools> stored_{};
+  std::array<Shift, kMaxSheetTools> stored_{};
   Shift shift_{};
 };
 

@@ -151,7 +151,7 @@ json VirtualMill::State(double now_s) const {
 }
 
 json VirtualMill::Facts(double now_s) const {
-  constexpr double kMostTurned_deg = 36'000;
+  constexpr double kMaxTurned_deg = 36'000;
   const Triple& low = options_.travel_low_mm;
   const Triple& high = options_.travel_high_mm;
   json answer = State(now_s);
@@ -161,8 +161,8 @@ json VirtualMill::Facts(double now_s) const {
                      {"tool", 0},
                      {"tool_length", 0},
                      {"tools", 0},
-                     {"low", {low[0], low[1], low[2], -kMostTurned_deg}},
-                     {"high", {high[0], high[1], high[2], kMostTurned_deg}}});
+                     {"low", {low[0], low[1], low[2], -kMaxTurned_deg}},
+                     {"high", {high[0], high[1], high[2], kMaxTurned_deg}}});
   return answer;
 }
 
@@ -207,8 +207,8 @@ void VirtualMill::Move(const std::string& block, double now_s) {
   for (std::size_t i = 0; i < 3; ++i) {
     if (to[i] < options_.travel_low_mm[i] || to[i] > options_.travel_high_mm[i]) return;
   }
-  constexpr double kMostTurned_deg = 36'000;
-  if (std::abs(to[3]) > kMostTurned_deg) return;
+  constexpr double kMaxTurned_deg = 36'000;
+  if (std::abs(to[3]) > kMaxTurned_deg) return;
   const double way_mm = std::hypot(to[0] - from[0], to[1] - from[1], to[2] - from[2]);
   const double turn_deg = std::abs(to[3] - from[3]);
   // Without X, Y and Z the speed is in degrees/min.
@@ -226,7 +226,7 @@ void VirtualMill::Move(const std::string& block, double now_s) {
 
 namespace {
 
-constexpr std::size_t kMostClients = 16;
+constexpr std::size_t kMaxClients = 16;
 constexpr std::size_t kLongestLine = 4096;
 
 class Server final : public MillServer {
@@ -255,7 +255,7 @@ class Server final : public MillServer {
     socklen_t size = sizeof address;
     auto* const plain = reinterpret_cast<sockaddr*>(&address);
     if (listener_ < 0 || wake_ < 0 || bind(listener_, plain, size) != 0 ||
-        listen(listener_, kMostClients) != 0 || getsockname(listener_, plain, &size) != 0) {
+        listen(listener_, kMaxClients) != 0 || getsockname(listener_, plain, &size) != 0) {
       return Fail(fmt::format("the virtual mill cannot listen on 127.0.0.1:{}: {}; choose another "
                               "port or 0 for a free one",
                               port, std::strerror(errno)),
@@ -295,7 +295,7 @@ class Server final : public MillServer {
   void Accept() {
     const int fd = accept4(listener_, nullptr, nullptr, SOCK_CLOEXEC | SOCK_NONBLOCK);
     if (fd < 0) return;
-    if (clients_.size() < kMostClients && mill_->serves()) {
+    if (clients_.size() < kMaxClients && mill_->serves()) {
       constexpr std::string_view kHello = "{\"id\": 0}\n";
       (void)send(fd, kHello.data(), kHello.size(), MSG_NOSIGNAL);
       clients_.push_back({fd, {}, false});

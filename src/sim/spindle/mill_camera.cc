@@ -144,7 +144,7 @@ std::string MillTruthJson(const BoardWorld& board) {
   lens.offset_mm = held.origin_mm;
   lens.angles_rad = AnglesOf(held.turn);
   Json touches = Json::array();
-  for (const BoardTouchStop& touch : board.touches) {
+  for (const BoardTouchStation& touch : board.touches) {
     touches.push_back({{"mark", touch.mark}, {"spindle_mm", touch.stated_mm}});
   }
   const Json json = {{"format", 1},

@@ -114,13 +114,13 @@ Triple StatedFor(const SpindleMachine& machine, const Triple& actual_mm) {
   return stated;
 }
 
-std::vector<SpindleStop> BoardStops(const BoardSetup& setup, int per_turn, int heights,
-                                    double reach_mm, double low_mm, double high_mm,
-                                    const std::vector<double>& c_rad) {
+std::vector<SpindleStation> BoardStations(const BoardSetup& setup, int per_turn, int heights,
+                                          double reach_mm, double low_mm, double high_mm,
+                                          const std::vector<double>& c_rad) {
   // Low-discrepancy sequence of the plane (Roberts 2018): powers of the root of x^3 = x + 1.
   constexpr double kFirst = 0.7548776662466927;
   constexpr double kSecond = 0.5698402909980532;
-  std::vector<SpindleStop> stops;
+  std::vector<SpindleStation> stops;
   for (const double c : c_rad) {
     for (int k = 0; k < per_turn; ++k) {
       const double u = std::fmod(0.5 + kFirst * (k + 1), 1.0);

@@ -65,13 +65,13 @@ struct BoardSetup {
   BoardSheet sheet;
   BoardMachine machine;
   BoardMishap mishap;
-  std::vector<SpindleStop> stops;
+  std::vector<SpindleStation> stops;
   double tool_length_mm = 120;
   std::vector<int> touched;  ///< numbers of marks
   double sigma_px = 0.05;    ///< mark centre per axis, 1 sigma
 };
 
-struct BoardTouchStop {
+struct BoardTouchStation {
   int mark = 0;
   Triple stated_mm = {};  ///< stated spindle position
 };
@@ -86,16 +86,17 @@ struct BoardWorld {
   Turn lean;                      ///< spindle axis
   std::vector<double> index_rad;  ///< error of C at each stop
   std::vector<Triple> actual_mm;  ///< spindle position per stop
-  std::vector<BoardTouchStop> touches;
+  std::vector<BoardTouchStation> touches;
   Random noise = Random(0);
 };
 
 /// Returns stops spread evenly over a square of XY and, in turn, `heights` heights of the camera
 /// above the table; one round for each angle of C.
 /// REQUIRES per_turn, heights >= 1.
-[[nodiscard]] std::vector<SpindleStop> BoardStops(const BoardSetup& setup, int per_turn,
-                                                  int heights, double reach_mm, double low_mm,
-                                                  double high_mm, const std::vector<double>& c_rad);
+[[nodiscard]] std::vector<SpindleStation> BoardStations(const BoardSetup& setup, int per_turn,
+                                                        int heights, double reach_mm, double low_mm,
+                                                        double high_mm,
+                                                        const std::vector<double>& c_rad);
 
 /// REQUIRES stops, and touched marks that exist.
 [[nodiscard]] BoardWorld DrawBoardWorld(const BoardSetup& setup, std::uint64_t seed);

@@ -152,20 +152,20 @@ class TargetPlane {
  public:
   TargetPlane(const SpindleLens& lens, const Place& camera_from_target)
       : lens_(lens),
-        eye_(camera_from_target.In({0, 0, 0})),
+        optics_(camera_from_target.In({0, 0, 0})),
         target_from_camera_(Back(camera_from_target.turn)) {}
 
-  [[nodiscard]] bool FromTheFront() const { return eye_[2] > 0; }
+  [[nodiscard]] bool FromTheFront() const { return optics_[2] > 0; }
   [[nodiscard]] std::array<double, 2> At(double column, double row) const {
     const auto direction = DirectionOf(lens_, {column, row});
     const Triple along = target_from_camera_ * Triple{direction[0], direction[1], 1};
-    const double t = -eye_[2] / along[2];
-    return {eye_[0] + t * along[0], eye_[1] + t * along[1]};
+    const double t = -optics_[2] / along[2];
+    return {optics_[0] + t * along[0], optics_[1] + t * along[1]};
   }
 
  private:
   SpindleLens lens_;
-  Triple eye_;
+  Triple optics_;
   Turn target_from_camera_;
 };
 
@@ -267,31 +267,32 @@ cv::Mat MotionKernel(double length_px, double angle_rad) {
   return kernel;
 }
 
-void Smear(const SpindleEye& eye, cv::Mat& grey) {
-  if (eye.blur_px > 0) {
-    const int taps = 2 * static_cast<int>(std::ceil(4 * eye.blur_px)) + 1;
-    cv::GaussianBlur(grey, grey, {taps, taps}, eye.blur_px, eye.blur_px, cv::BORDER_REPLICATE);
+void Smear(const SpindleCameraTraits& optics, cv::Mat& grey) {
+  if (optics.blur_px > 0) {
+    const int taps = 2 * static_cast<int>(std::ceil(4 * optics.blur_px)) + 1;
+    cv::GaussianBlur(grey, grey, {taps, taps}, optics.blur_px, optics.blur_px,
+                     cv::BORDER_REPLICATE);
   }
-  if (eye.motion_px > 0) {
-    cv::filter2D(grey, grey, CV_32F, MotionKernel(eye.motion_px, eye.motion_rad), {-1, -1}, 0,
+  if (optics.motion_px > 0) {
+    cv::filter2D(grey, grey, CV_32F, MotionKernel(optics.motion_px, optics.motion_rad), {-1, -1}, 0,
                  cv::BORDER_REPLICATE);
   }
 }
 
-Page Expose(const SpindleEye& eye, const cv::Mat& grey, Random& random) {
+Page Expose(const SpindleCameraTraits& optics, const cv::Mat& grey, Random& random) {
   Page page;
   page.width = grey.cols;
   page.height = grey.rows;
   page.samples.resize(static_cast<std::size_t>(grey.cols) * static_cast<std::size_t>(grey.rows));
-  const bool noisy = eye.read_noise > 0 || eye.shot_noise > 0;
-  const double read2 = eye.read_noise * eye.read_noise;
+  const bool noisy = optics.read_noise > 0 || optics.shot_noise > 0;
+  const double read2 = optics.read_noise * optics.read_noise;
   for (int y = 0; y < grey.rows; ++y) {
     const auto* row = grey.ptr<float>(y);
     std::uint8_t* out = page.row(y);
     for (int x = 0; x < grey.cols; ++x) {
       double value = row[x];
       if (noisy) {
-        value += std::sqrt(read2 + eye.shot_noise * std::max(0.0, value)) * random.Normal();
+        value += std::sqrt(read2 + optics.shot_noise * std::max(0.0, value)) * random.Normal();
       }
       out[x] = static_cast<std::uint8_t>(std::clamp(value + 0.5, 0.0, 255.0));
     }
@@ -331,8 +332,8 @@ Result<Page> TakePicture(const SpindlePicture& picture, const Random& random) {
   }
   Litter(picture.clutter, picture.light.surface, litter, grey);
   Shade(picture.light, grey);
-  Smear(picture.eye, grey);
-  return Expose(picture.eye, grey, noise);
+  Smear(picture.optics, grey);
+  return Expose(picture.optics, grey, noise);
 }
 
 }  // namespace trammel::sim

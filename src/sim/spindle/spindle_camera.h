@@ -87,7 +87,7 @@ struct SpindleClutter {
 /// Returns a machined surface with all of these, not over targets.
 [[nodiscard]] SpindleClutter ShopClutter();
 
-struct SpindleEye {
+struct SpindleCameraTraits {
   double blur_px = 0.6;      ///< optics with defocus, Gaussian, 1 sigma, 0 … 20
   double motion_px = 0;      ///< length of the way during the exposure, 0 … 50
   double motion_rad = 0;     ///< motion direction in the picture
@@ -100,7 +100,7 @@ struct SpindlePicture {
   std::vector<PlacedTarget> targets;
   SpindleLight light;
   SpindleClutter clutter;
-  SpindleEye eye;
+  SpindleCameraTraits optics;
 };
 
 /// Returns an 8-bit grey picture. Every pixel's line of sight meets the target's plane (no

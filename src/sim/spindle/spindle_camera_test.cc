@@ -22,7 +22,7 @@ SpindlePicture PlainPicture() {
   picture.lens.width_px = 640;
   picture.lens.height_px = 480;
   picture.light = {.white = 220, .dark = 20, .surface = 20};
-  picture.eye = {.blur_px = 0, .read_noise = 0, .shot_noise = 0};
+  picture.optics = {.blur_px = 0, .read_noise = 0, .shot_noise = 0};
   return picture;
 }
 
@@ -139,8 +139,8 @@ TEST(SpindleCamera, ShowsTheWordClockwiseToARealCameraAndMirroredToTable1) {
 
 TEST(SpindleCamera, NoiseGrowsWithTheLightAsShotNoiseDoes) {
   SpindlePicture picture = PlainPicture();
-  picture.eye.read_noise = 2;
-  picture.eye.shot_noise = 0.04;
+  picture.optics.read_noise = 2;
+  picture.optics.shot_noise = 0.04;
   for (const double surface : {40.0, 160.0}) {
     picture.light.surface = surface;
     const Page page = Taken(picture);

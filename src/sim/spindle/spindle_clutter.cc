@@ -57,7 +57,7 @@ void DrawHoles(int count, double surface, Random& random, cv::Mat& grey) {
   }
 }
 
-void DrawWords(int count, double surface, Random& random, cv::Mat& grey) {
+void DrawText(int count, double surface, Random& random, cv::Mat& grey) {
   constexpr const char* kLetters = "ABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789-./oO0Q8B";
   for (int i = 0; i < count; ++i) {
     std::string word;
@@ -129,7 +129,7 @@ cv::Mat SurfaceOf(const SpindlePicture& picture, Random& random) {
   cv::Mat drawn(picture.lens.height_px, picture.lens.width_px, CV_8U, cv::Scalar(surface));
   DrawEdges(clutter.edges, surface, random, drawn);
   DrawHoles(clutter.holes, surface, random, drawn);
-  DrawWords(clutter.words, surface, random, drawn);
+  DrawText(clutter.words, surface, random, drawn);
   if (!clutter.over_targets) {
     DrawScratches(clutter.scratches, surface, random, drawn);
     DrawChips(clutter.chips, surface, random, drawn);

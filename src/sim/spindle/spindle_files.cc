@@ -33,7 +33,7 @@ Json Stated(const SpindleWorld& world) {
 }
 
 Json ViewJson(const SpindleWorld& world, std::size_t stop) {
-  const SpindleStop& at = world.setup.stops[stop];
+  const SpindleStation& at = world.setup.stops[stop];
   return {{"spindle_mm", at.stated_mm},
           {"spindle_rotation", SpindleTurn(world.setup.machine, at.c_rad)}};
 }

@@ -88,7 +88,7 @@ SpindleWorld DrawSpindleWorld(const SpindleSetup& setup, const SpindleName& name
   }
   world.clamping = Clamp(setup.spread, ClampingOf(name).Fork(kHold));
   Random approach = ClampingOf(name).Fork(kApproach);
-  for (const SpindleStop& stop : setup.stops) {
+  for (const SpindleStation& stop : setup.stops) {
     world.actual_mm.push_back(ActualOf(setup.machine, stop.stated_mm, approach));
   }
   return world;
@@ -163,13 +163,13 @@ std::vector<std::array<Lever, 2>> JoggedLevers() {
   return levers;
 }
 
-std::vector<SpindleStop> StopsFor(const SpindleSetup& setup, double distance_mm,
-                                  const std::vector<std::array<Lever, 2>>& levers) {
+std::vector<SpindleStation> StationsFor(const SpindleSetup& setup, double distance_mm,
+                                        const std::vector<std::array<Lever, 2>>& levers) {
   TRAMMEL_CHECK(levers.size() == setup.part.targets.size(), "{} levers for {} targets",
                 levers.size(), setup.part.targets.size());
   const Place meant = {setup.part.origin_mm, TurnOf(setup.part.angles_rad)};
   const Turn spindle = SpindleTurn(setup.machine, 0);
-  std::vector<SpindleStop> stops;
+  std::vector<SpindleStation> stops;
   for (std::size_t i = 0; i < levers.size(); ++i) {
     const Triple target = meant.Out(setup.part.targets[i].ideal_mm);
     for (const Lever& lever : levers[i]) {
@@ -184,7 +184,7 @@ SpindleSetup LaboratoryScene(double distance_mm) {
   SpindleSetup setup;
   setup.part.origin_mm = {1400, 1000, 250};
   setup.part.targets = Corners({1500, 0, 0}, {0, 1000, 0}, {0, 0, 1});
-  setup.stops = StopsFor(setup, distance_mm, JoggedLevers());
+  setup.stops = StationsFor(setup, distance_mm, JoggedLevers());
   return setup;
 }
 
@@ -194,7 +194,7 @@ SpindleSetup IndustryScene(double distance_mm) {
   setup.machine.travel_high_mm = {12000, 3000, 5000};
   setup.part.origin_mm = {6000, 2400, 2200};
   setup.part.targets = Corners({10000, 0, 0}, {0, 0, 3000}, {0, -1, 0});
-  setup.stops = StopsFor(setup, distance_mm, JoggedLevers());
+  setup.stops = StationsFor(setup, distance_mm, JoggedLevers());
   return setup;
 }
 

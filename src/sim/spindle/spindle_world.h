@@ -59,7 +59,7 @@ struct SpindlePart {
 };
 
 /// Position of the spindle in the programme.
-struct SpindleStop {
+struct SpindleStation {
   Triple stated_mm = {};
   double c_rad = 0;  ///< orientation of the spindle about its axis
 };
@@ -70,7 +70,7 @@ struct SpindleSetup {
   SpindleMachine machine;
   ClampingSpread spread;
   SpindlePart part;
-  std::vector<SpindleStop> stops;
+  std::vector<SpindleStation> stops;
   double sigma_px = 0.03;  ///< noise of a centre per axis, 1 sigma, 0 … 10
 };
 
@@ -132,8 +132,8 @@ using Lever = std::array<double, 2>;
 /// Returns the stops from which each target's nominal position is seen with these levers from
 /// `distance_mm` (along the spindle, from the camera's origin), C at 0.
 /// REQUIRES one pair of levers per target.
-[[nodiscard]] std::vector<SpindleStop> StopsFor(const SpindleSetup& setup, double distance_mm,
-                                                const std::vector<std::array<Lever, 2>>& levers);
+[[nodiscard]] std::vector<SpindleStation> StationsFor(
+    const SpindleSetup& setup, double distance_mm, const std::vector<std::array<Lever, 2>>& levers);
 
 /// Returns section 3.2's scene: four targets at the corners of 1.5 m x 1 m in the XY plane, viewed
 /// along -Z. The part's origin is the centre of its targets.

@@ -290,19 +290,19 @@ void AddBar(int from, const Vector3d& start, const Vector3d& along, double radiu
   part.bars.push_back(bar);
 }
 
-double Way(const FreeformBlock& block, const Vector3d& lamp, const Vector3d& eye,
+double Way(const FreeformBlock& block, const Vector3d& lamp, const Vector3d& optics,
            const Vector2d& at) {
   const Vector3d place = TopPoint(block, at.x(), at.y());
-  return (place - lamp).norm() + (place - eye).norm();
+  return (place - lamp).norm() + (place - optics).norm();
 }
 
 // Finds a stationary light path (Fermat) by Newton's method with differences.
 std::optional<Vector2d> Stationary(const FreeformBlock& block, const Vector3d& lamp,
-                                   const Vector3d& eye, Vector2d at) {
+                                   const Vector3d& optics, Vector2d at) {
   constexpr double kStep_mm = 0.5;
   const Vector2d x(kStep_mm, 0);
   const Vector2d y(0, kStep_mm);
-  const auto way = [&](const Vector2d& place) { return Way(block, lamp, eye, place); };
+  const auto way = [&](const Vector2d& place) { return Way(block, lamp, optics, place); };
   for (int round = 0; round < 15; ++round) {
     const double here = way(at);
     const double right = way(at + x);

@@ -156,15 +156,16 @@ std::vector<SurveyShow> TakeSurveyPictures(const SurveyPart& part, const HandLen
 
 std::vector<MarkSupport> SupportOf(const SurveyPart& part, const std::vector<HandShot>& shots,
                                    const std::vector<SurveyShow>& shows) {
-  std::vector<std::vector<Vector3d>> sights(part.marks.size());
+  std::vector<std::vector<Vector3d>> observations(part.marks.size());
   for (std::size_t i = 0; i < shows.size(); ++i) {
     for (const SurveySpot& spot : shows[i].spots) {
       if (spot.kind != SpotKind::kMark) continue;
-      sights[spot.mark].push_back((shots[i].place_mm - part.marks[spot.mark].at_mm).normalized());
+      observations[spot.mark].push_back(
+          (shots[i].place_mm - part.marks[spot.mark].at_mm).normalized());
     }
   }
   std::vector<MarkSupport> supports;
-  for (const auto& of_mark : sights) {
+  for (const auto& of_mark : observations) {
     MarkSupport& support = supports.emplace_back();
     support.pictures = static_cast<int>(of_mark.size());
     for (std::size_t i = 0; i < of_mark.size(); ++i) {

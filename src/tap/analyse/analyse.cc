@@ -76,7 +76,7 @@ TapAnalysis AnalyseTap(const TapView& tap, const TapOptions& options, Workspace&
 
 TapAnalysis TapAnalyser::Analyse(const TapView& tap) {
   // Refusing more samples than CheckInput admits needs no memory.
-  const std::size_t samples = std::min(tap.time_s.size(), kMostSamples);
+  const std::size_t samples = std::min(tap.time_s.size(), kMaxSamples);
   if (const std::size_t bytes = WorkspaceBytes(samples); memory_.size() < bytes) {
     memory_.resize(bytes);
   }

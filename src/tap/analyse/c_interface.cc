@@ -65,11 +65,11 @@ bool ReadOptions(const trammel_tap_options* given, TapOptions& options) {
   options.trigger_force_g = known.trigger_force_g;
   options.decompression_angle_rad = known.decompression_angle_rad;
   options.method = static_cast<Method>(known.method);
-  constexpr double kMostLatency_s = 10;
+  constexpr double kMaxLatency_s = 10;
   return (known.method == TRAMMEL_TAP_METHOD_CONTACT ||
           known.method == TRAMMEL_TAP_METHOD_TWO_LINE) &&
-         (std::isnan(known.latency_s) || std::abs(known.latency_s) <= kMostLatency_s) &&
-         known.latency_uncertainty_s >= 0 && known.latency_uncertainty_s <= kMostLatency_s;
+         (std::isnan(known.latency_s) || std::abs(known.latency_s) <= kMaxLatency_s) &&
+         known.latency_uncertainty_s >= 0 && known.latency_uncertainty_s <= kMaxLatency_s;
 }
 
 trammel_tap_finding ToC(const Finding& finding) {
@@ -128,7 +128,7 @@ extern "C" {
 std::int32_t trammel_tap_version(void) { return TRAMMEL_TAP_VERSION; }
 
 std::size_t trammel_tap_workspace_bytes(std::size_t samples) {
-  return trammel::tap::WorkspaceBytes(std::min(samples, trammel::tap::kMostSamples));
+  return trammel::tap::WorkspaceBytes(std::min(samples, trammel::tap::kMaxSamples));
 }
 
 void trammel_tap_default_options(trammel_tap_options* options, std::size_t options_size) {
@@ -146,8 +146,8 @@ trammel_tap_status trammel_tap_analyse(const double* time_s, const double* force
                                        trammel_tap_result* result) {
   TapOptions own_options;
   // Requires the first fields, which contain the outcome.
-  constexpr std::size_t kLeastResult = offsetof(trammel_tap_result, point_count);
-  if (result == nullptr || result->struct_size < kLeastResult ||
+  constexpr std::size_t kMinResult = offsetof(trammel_tap_result, point_count);
+  if (result == nullptr || result->struct_size < kMinResult ||
       (samples > 0 && (time_s == nullptr || force_g == nullptr)) ||
       (move_count > 0 && moves == nullptr) || (workspace_bytes > 0 && workspace == nullptr) ||
       !ReadOptions(options, own_options)) {

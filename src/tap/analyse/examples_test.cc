@@ -16,13 +16,13 @@
 namespace trammel::tap {
 namespace {
 
-struct Said {
+struct CommandOutput {
   int exit_code = -1;
   std::string text;
 };
 
-Said RunCommand(const std::string& command) {
-  Said said;
+CommandOutput RunCommand(const std::string& command) {
+  CommandOutput said;
   FILE* pipe = popen((command + " 2>&1").c_str(), "r");
   if (pipe == nullptr) {
     return said;
@@ -61,7 +61,7 @@ TEST(TapExamples, TheOneInCReadsACsvFile) {
                           m.start_velocity_mm_s, m.acceleration_mm_s2, m.start_z_mm, m.z_direction);
     }
   }
-  const Said said = RunCommand(fmt::format("{} {}", TAP_EXAMPLE, path.string()));
+  const CommandOutput said = RunCommand(fmt::format("{} {}", TAP_EXAMPLE, path.string()));
   EXPECT_EQ(said.exit_code, 0) << said.text;
   EXPECT_EQ(said.text.substr(0, said.text.find('\n')), ExpectedText(tap));
   std::filesystem::remove(path);
@@ -81,7 +81,7 @@ TEST(TapExamples, TheOneInPythonReadsADumpOfTaps) {
   }
   const auto path = File("trammel_tap_example.json");
   std::ofstream(path) << json;
-  const Said said =
+  const CommandOutput said =
       RunCommand(fmt::format("{} {} {} {}", TAP_PYTHON, TAP_SCRIPT, TAP_LIBRARY, path.string()));
   EXPECT_EQ(said.exit_code, 0) << said.text;
   EXPECT_EQ(said.text.substr(0, said.text.find('\n')), ExpectedText(tap));

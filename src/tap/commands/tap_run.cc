@@ -58,11 +58,11 @@ Result<tap::TapOptions> TapOptionsOf(const TapArguments& arguments) {
     return Fail(fmt::format("--method {}: must be contact or two-line", arguments.method));
   }
   // The slowest converters have 10 samples per second.
-  constexpr double kMostLatency_ms = 200;
+  constexpr double kMaxLatency_ms = 200;
   for (const auto& [option, value, least] :
-       {std::tuple{"--latency-ms", arguments.latency_ms.value_or(0), -kMostLatency_ms},
+       {std::tuple{"--latency-ms", arguments.latency_ms.value_or(0), -kMaxLatency_ms},
         std::tuple{"--latency-uncertainty-ms", arguments.latency_uncertainty_ms, 0.0}}) {
-    TRY(CheckRange(option, value, least, kMostLatency_ms, "ms"));
+    TRY(CheckRange(option, value, least, kMaxLatency_ms, "ms"));
   }
   if (arguments.latency_ms) {
     options.latency_s = *arguments.latency_ms / kMsPerS;

@@ -76,7 +76,7 @@ int RunWatch(const WatchArguments& arguments) {
   const auto stream =
       machine::OpenTapStream(stream_options, watcher.Events(),
                              {stream_options.moonraker.connect_time_limit_s, interrupt.token()});
-  if (!stream) return PrintError(procedure::NameStop(interrupt.token(), stream.error()));
+  if (!stream) return PrintError(procedure::NameStopReason(interrupt.token(), stream.error()));
   fmt::print(stderr, "watching for taps at {}{}; recording to {}\n", config->scan.address,
              arguments.answer ? ", answering _TRAMMEL_TAP" : "", options->recording.string());
   return watcher.Serve(**stream, interrupt.token());

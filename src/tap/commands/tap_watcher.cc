@@ -35,7 +35,7 @@ constexpr double kSameZ_mm = 2e-6;
 /// Maximum age of a tap for the calling macro: an older one is not meant, if its rise time is
 /// unknown.
 constexpr double kFresh_s = 5;
-constexpr std::size_t kMostEvents = 1000;
+constexpr std::size_t kMaxEvents = 1000;
 constexpr const char* kRiseTime = "x_rise_print_time_s";
 
 /// Filters a macro's ID to the characters that cannot break out of a G-code line.
@@ -55,11 +55,11 @@ std::string PlainId(const json& arguments) {
 
 // A scatter of two differences is nearly meaningless.
 std::string DifferenceText(const std::vector<double>& differences_mm) {
-  constexpr std::size_t kLeastForScatter = 3;
+  constexpr std::size_t kMinForScatter = 3;
   const double mean_mm = Mean(differences_mm);
   const std::size_t count = differences_mm.size();
   const std::string over = fmt::format("over {} tap{}", count, count == 1 ? "" : "s");
-  if (count < kLeastForScatter) return fmt::format("{:+.4f} mm {}", mean_mm, over);
+  if (count < kMinForScatter) return fmt::format("{:+.4f} mm {}", mean_mm, over);
   const double half_mm = StudentT95(static_cast<double>(count) - 1) *
                          StandardDeviation(differences_mm) / std::sqrt(static_cast<double>(count));
   return report::WithInterval(mean_mm, {mean_mm - half_mm, mean_mm + half_mm},
@@ -123,7 +123,7 @@ machine::TapStreamEvents TapWatcher::Events() {
 
 void TapWatcher::Push(Event event) {
   const std::lock_guard lock(mutex_);
-  if (events_.size() < kMostEvents) events_.push_back(std::move(event));
+  if (events_.size() < kMaxEvents) events_.push_back(std::move(event));
   came_.notify_all();
 }
 
@@ -294,7 +294,8 @@ void TapWatcher::PrintSummary() const {
       unrecorded_ > 0 ? fmt::format("{} of {} taps: ", taps_.size() - unrecorded_, taps_.size())
                       : "";
   fmt::print("recorded          {}{}\n", those, options_.recording.string());
-  SayNext("next", "trammel tap analyze " + ShellQuoted(options_.recording.string()) + " --advice");
+  PrintWrapped("next",
+               "trammel tap analyze " + ShellQuoted(options_.recording.string()) + " --advice");
 }
 
 }  // namespace trammel::app

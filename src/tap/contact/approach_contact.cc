@@ -12,8 +12,8 @@ namespace {
 
 // Height above the halt that is used, in presses (from the halt up to the break).
 constexpr double kPresses = 4;
-constexpr std::size_t kLeastPressed = 3;  // samples between collision and halt
-constexpr std::size_t kLeastFree = 5;
+constexpr std::size_t kMinPressed = 3;  // samples between collision and halt
+constexpr std::size_t kMinFree = 5;
 // Permitted difference of both contacts: backlash and stretch of a Z drive, and four samples'
 // distance at the approach's speed. Recorded healthy taps are below 8 um.
 constexpr double kUsual_mm = 0.02;
@@ -36,7 +36,7 @@ void CheckApproach(const CleanTap& clean, const TapMotion& motion, const TapOpti
   const Workspace::Scope scope(workspace);
   const std::span<double> y = workspace.Take<double>(n);
   const std::span<double> force = workspace.Take<double>(n);
-  if (n < kLeastPressed + kLeastFree || force.empty() || !(*(last - 1) > *first)) {
+  if (n < kMinPressed + kMinFree || force.empty() || !(*(last - 1) > *first)) {
     return;
   }
   // Backwards in time, so that height rises.
@@ -54,9 +54,9 @@ void CheckApproach(const CleanTap& clean, const TapMotion& motion, const TapOpti
   }
   PressProfile::At best{};
   best.sum_squares[0] = std::numeric_limits<double>::infinity();
-  constexpr std::size_t kMostTried = 20;  // break points; the check needs no more
-  const std::size_t step = 1 + n / kMostTried;
-  for (std::size_t below = kLeastPressed; below + kLeastFree < n; below += step) {
+  constexpr std::size_t kMaxTried = 20;  // break points; the check needs no more
+  const std::size_t step = 1 + n / kMaxTried;
+  for (std::size_t below = kMinPressed; below + kMinFree < n; below += step) {
     const PressProfile::At tried = profile.Evaluate(y[below], below);
     if (tried.start_slope[0] > 0 && tried.sum_squares[0] < best.sum_squares[0]) best = tried;
   }

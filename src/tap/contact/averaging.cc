@@ -8,9 +8,9 @@
 namespace trammel::tap {
 namespace {
 
-constexpr std::size_t kMostOrder = 4;  // HX711 and ADS131 have 4 and 3
-constexpr double kLeastFall = 8;       // deviations of the noise, from sample to sample
-constexpr std::size_t kPasses = 3;     // of averaging and fit, until they agree
+constexpr std::size_t kMaxOrder = 4;  // HX711 and ADS131 have 4 and 3
+constexpr double kMinFall = 8;        // deviations of the noise, from sample to sample
+constexpr std::size_t kPasses = 3;    // of averaging and fit, until they agree
 // Largest cost of an order above the best one's, in variances of the noise: 95 % quantile of
 // chi-squared.
 constexpr double kReach = 3.84;
@@ -23,7 +23,7 @@ constexpr double kKink = 5;
 constexpr std::size_t kParts = 4;
 constexpr double kPartsPerInterval = 3.872983;  // sqrt(kParts^2 - 1)
 constexpr std::size_t TapsOf(std::size_t order) { return order * (kParts - 1) + 1; }
-using Weights = std::array<double, TapsOf(kMostOrder)>;
+using Weights = std::array<double, TapsOf(kMaxOrder)>;
 
 constexpr Weights WeightsOf(std::size_t order) {
   Weights weights{1};
@@ -39,8 +39,8 @@ constexpr Weights WeightsOf(std::size_t order) {
   return weights;
 }
 
-constexpr std::array<Weights, kMostOrder + 1> kWeights = {WeightsOf(0), WeightsOf(1), WeightsOf(2),
-                                                          WeightsOf(3), WeightsOf(4)};
+constexpr std::array<Weights, kMaxOrder + 1> kWeights = {WeightsOf(0), WeightsOf(1), WeightsOf(2),
+                                                         WeightsOf(3), WeightsOf(4)};
 
 // Returns the most flexible smooth press at the estimate: the rest of averaging must not be taken
 // for a kink of the press.
@@ -103,7 +103,7 @@ struct Order {
   /// Shift of the removed rounding, and so of the next break, per error of the break.
   double follows = 0;
 };
-using Orders = std::array<Order, kMostOrder + 1>;
+using Orders = std::array<Order, kMaxOrder + 1>;
 
 std::size_t Best(const Orders& orders) {
   const auto least = std::min_element(
@@ -114,7 +114,7 @@ std::size_t Best(const Orders& orders) {
 // Removes averaging of an order and fits anew until both agree, starting from an attempt.
 Order Try(std::size_t number, Averaging& averaging, PressStretch& stretch, CruiseFit& attempt,
           Workspace& workspace) {
-  constexpr double kMostFollowed = 0.5;
+  constexpr double kMaxFollowed = 0.5;
   Order order;
   std::array<double, kPasses + 1> t{attempt.estimate.t};
   for (std::size_t pass = 0; pass < kPasses && attempt.Found(); ++pass) {
@@ -127,8 +127,7 @@ Order Try(std::size_t number, Averaging& averaging, PressStretch& stretch, Cruis
     const Candidates& candidates = attempt.estimate.candidates;
     const double unit = candidates.noise_variance;
     order.cost = kAveraging * unit + CostOf(candidates, kKink * unit);
-    order.follows =
-        t[1] != t[0] ? std::clamp((t[2] - t[1]) / (t[1] - t[0]), 0.0, kMostFollowed) : 0;
+    order.follows = t[1] != t[0] ? std::clamp((t[2] - t[1]) / (t[1] - t[0]), 0.0, kMaxFollowed) : 0;
   }
   return order;
 }
@@ -140,7 +139,7 @@ AveragedBreaks FitAveraging(const CleanTap& clean, const TapMotion& motion,
                             Workspace& workspace) {
   AveragedBreaks breaks;
   const double way = clean.period_s * motion.pull_back_speed_mm_s / stretch.span_mm;
-  if (!(fit.estimate.shape.OuterSlope() * way > kLeastFall * fit.estimate.noise)) {
+  if (!(fit.estimate.shape.OuterSlope() * way > kMinFall * fit.estimate.noise)) {
     return breaks;
   }
   const Workspace::Scope scope(workspace);
@@ -155,7 +154,7 @@ AveragedBreaks FitAveraging(const CleanTap& clean, const TapMotion& motion,
   CruiseFit attempt = fit;
   // Cost without the kink, which may come from averaging of a higher order than the next.
   double smooth = CostOf(fit.estimate.candidates, kNever);
-  for (std::size_t order = 1; order <= kMostOrder && attempt.Found(); ++order) {
+  for (std::size_t order = 1; order <= kMaxOrder && attempt.Found(); ++order) {
     orders[order] = Try(order, averaging, stretch, attempt, workspace);
     const double noise_variance = attempt.estimate.candidates.noise_variance;
     if (Best(orders) == order) {
@@ -170,7 +169,7 @@ AveragedBreaks FitAveraging(const CleanTap& clean, const TapMotion& motion,
   // penalty.
   orders[0].cost =
       std::min(orders[0].cost, std::max(orders[best].cost, CostOf(fit.estimate.candidates, 0)));
-  for (std::size_t order = 0; order <= kMostOrder; ++order) {
+  for (std::size_t order = 0; order <= kMaxOrder; ++order) {
     const double left = 1 - (orders[order].cost - orders[best].cost) / (kReach * unit);
     if (order == best || !(left > 0)) {
       continue;

@@ -28,7 +28,7 @@ constexpr double kCredit = 1.5;
 // limit.
 constexpr double kMisfit = 0.15;
 constexpr double kExplainedByNoise = 5;
-constexpr double kMostExplained = 12;
+constexpr double kMaxExplained = 12;
 // Limit of the variance factor of means by correlation, up to which noise counts as white.
 constexpr double kWhite = 1.2;
 // Slope ratio of an outer zone so much softer that both readings matter: where the nozzle lets go,
@@ -69,7 +69,7 @@ BreakInterval::BreakInterval(const PressProfile& profile, const Candidates& cand
   const bool white = candidates.variance <= kWhite * candidates.noise_variance;
   if (white) {
     const double explained = quadratic - std::min({cubic, power, zones}) - kExplainedByNoise;
-    reach += kMisfit * std::clamp(explained, 0.0, kMostExplained);
+    reach += kMisfit * std::clamp(explained, 0.0, kMaxExplained);
   }
   level_ = std::min(quadratic, neighbours) + reach;
   zones_ =

@@ -18,7 +18,7 @@ constexpr double kStiffRatio = 0.5;
 constexpr double kSoftRatio = 0.35;
 // Largest shift of a neighbour's answer, in parts of the press's depth. Noise-free d^1.25 to d^1.5
 // and cubic presses differ by 0.03 to 0.08; larger shifts come from a kink in the noise.
-constexpr double kMostShift = 0.3;
+constexpr double kMaxShift = 0.3;
 // Slope below which the cubic press starts flat, per the mean slope: it would rather pull.
 constexpr double kFlatStart = 0.25;
 // Gain of the cubic press over the quadratic one, in variances of the noise, that proves a bend. If
@@ -59,7 +59,7 @@ void FindZones(const PressProfile& profile, Scan scan, ZonesStart start, double 
   };
   // Increases the rounding as long as that improves the fit.
   ZonesMode mode;
-  double least_at_guess = kNever;
+  double min_at_guess = kNever;
   mode.kinks.s.fill(guess.s);
   const OuterZone outer(profile, guess.t);
   for (std::size_t i = 0; i < kRoundings.size() && mode.kinks.best + 1 >= i; ++i) {
@@ -68,27 +68,27 @@ void FindZones(const PressProfile& profile, Scan scan, ZonesStart start, double 
     if (press.found) {
       mode.kinks.s[i] = press.s;
     }
-    if (of_press < least_at_guess) {
-      least_at_guess = of_press;
+    if (of_press < min_at_guess) {
+      min_at_guess = of_press;
       mode.kinks.best = i;
     }
   }
   const std::size_t followed = mode.kinks.best;
   TwoZonePress best;
-  double least_so_far = kNever;
+  double min_so_far = kNever;
   const auto cost = [&](double t) {
     const TwoZonePress press = fit(t, guess.s, followed);
     const double of_press = found.price.Cost(press);
-    if (of_press <= least_so_far) {
+    if (of_press <= min_so_far) {
       best = press;
-      least_so_far = of_press;
+      min_so_far = of_press;
     }
     return of_press;
   };
   const std::size_t below = profile.Below(guess.t);
   const PressProfile::At near = profile.Evaluate(guess.t, below);
   const double scale = BreakScale(near, below, unit);
-  const Minimum middle = {guess.t, least_at_guess};
+  const Minimum middle = {guess.t, min_at_guess};
   // Outwards until the cost rises; nothing is beyond the scan.
   std::array<Minimum, 2> sides;
   constexpr std::array<double, 2> kWays = {-1, 1};
@@ -188,7 +188,7 @@ double Candidates::OuterRatio() const {
 }
 
 bool Candidates::Near(double t) const {
-  return std::abs(t - model[kQuadratic].t) <= kMostShift * model[kQuadratic].t;
+  return std::abs(t - model[kQuadratic].t) <= kMaxShift * model[kQuadratic].t;
 }
 
 Candidates FindCandidates(const PressProfile& profile, Scan scan, double inflation) {

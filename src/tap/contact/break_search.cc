@@ -7,8 +7,8 @@ namespace trammel::tap {
 namespace {
 
 // Minimum samples on either side of a break point: the press has three unknowns.
-constexpr std::size_t kLeastBelow = 5;
-constexpr std::size_t kLeastAbove = 4;
+constexpr std::size_t kMinBelow = 5;
+constexpr std::size_t kMinAbove = 4;
 constexpr double kUnknowns = 5;     // quadratic press, including the break
 constexpr double kRounding = 1e-9;  // of the stretch: resolution of the sums of squares
 
@@ -72,14 +72,14 @@ double BreakScale(const PressProfile::At& at, std::size_t below, double variance
 Scan ScanSamples(const PressProfile& profile, Workspace& workspace) {
   constexpr std::size_t kMost = 32;
   const std::span<const double> y = profile.samples().y;
-  if (y.size() < kLeastBelow + kLeastAbove + 1) {
+  if (y.size() < kMinBelow + kMinAbove + 1) {
     return {};
   }
-  const std::size_t range = y.size() - kLeastBelow - kLeastAbove;
+  const std::size_t range = y.size() - kMinBelow - kMinAbove;
   const std::size_t step = (range + kMost - 1) / kMost;
   const Scan scan = workspace.Take<PressProfile::At>((range + step - 1) / step);
   for (std::size_t i = 0; i < scan.size(); ++i) {
-    const std::size_t below = kLeastBelow + i * step;
+    const std::size_t below = kMinBelow + i * step;
     scan[i] = profile.Evaluate(y[below], below);
   }
   return scan;
@@ -129,8 +129,8 @@ Minimum FindMinimum(const Minimum& left, const Minimum& middle, const Minimum& r
     std::swap(brent.w, brent.v);
   }
   brent.step = brent.before = brent.b - brent.a;
-  constexpr int kMostSteps = 60;
-  for (int step = 0; step < kMostSteps; ++step) {
+  constexpr int kMaxSteps = 60;
+  for (int step = 0; step < kMaxSteps; ++step) {
     const double tolerance = tolerance_at(brent.x.sum_squares);
     const double centre = 0.5 * (brent.a + brent.b);
     if (std::abs(brent.x.t - centre) <= 2 * tolerance - 0.5 * (brent.b - brent.a)) {
@@ -138,8 +138,8 @@ Minimum FindMinimum(const Minimum& left, const Minimum& middle, const Minimum& r
     }
     const double t = brent.Next(tolerance);
     // Brent's own criterion also requires a point on either side.
-    constexpr int kLeastSteps = 2;
-    if (step >= kLeastSteps && brent.AtVertex(tolerance)) {
+    constexpr int kMinSteps = 2;
+    if (step >= kMinSteps && brent.AtVertex(tolerance)) {
       break;
     }
     brent.Take({t, of(t)});

@@ -68,7 +68,7 @@ class OfBreak {
 /// from the inside by `scale` and more, then false position (Illinois) to a hundredth of the scale.
 template <class Margin>
 [[nodiscard]] double FindBorder(double inside, double limit, double scale, const Margin& margin) {
-  constexpr int kMostSteps = 60;
+  constexpr int kMaxSteps = 60;
   double m_inside = margin(inside);
   double outside = limit;
   double m_outside = -kNever;
@@ -84,7 +84,7 @@ template <class Margin>
     m_inside = here;
   }
   double before = outside;
-  for (int i = 0; i < kMostSteps && std::abs(outside - inside) > kEnoughOfScale * scale; ++i) {
+  for (int i = 0; i < kMaxSteps && std::abs(outside - inside) > kEnoughOfScale * scale; ++i) {
     const bool halve = !std::isfinite(m_outside) || !(m_inside > m_outside);
     const double share = halve ? 0.5 : m_inside / (m_inside - m_outside);
     const double t = inside + (outside - inside) * share;

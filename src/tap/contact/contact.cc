@@ -12,13 +12,13 @@
 namespace trammel::tap {
 namespace {
 
-constexpr double kLeastStandOut = 5;  // press force over the noise of one sample
-constexpr double kLeastLeft = 0.2;    // of the force at rest, remaining at the cruise's start
-constexpr double kVague_mm = 0.012;   // a break that is not known to this is of no use
+constexpr double kMinStandOut = 5;   // press force over the noise of one sample
+constexpr double kMinLeft = 0.2;     // of the force at rest, remaining at the cruise's start
+constexpr double kVague_mm = 0.012;  // a break that is not known to this is of no use
 // Limits of a hollow sheet or a toe of plastic: maximum distance between the readings of its end
 // and of the bed's, and maximum ratio of its initial slope to that below the kink.
-constexpr double kMostApart_mm = 0.012;
-constexpr double kLeastSlope = 0.4;
+constexpr double kMaxApart_mm = 0.012;
+constexpr double kMinSlope = 0.4;
 
 void Report(const CleanTap& clean, const PressStretch& stretch, const CruiseFit& fit,
             const TapMotion& motion, const TapOptions& options, TapAnalysis& result) {
@@ -50,9 +50,9 @@ void Report(const CleanTap& clean, const PressStretch& stretch, const CruiseFit&
     result.Notice({FindingCode::kFormLeftOpen, apart, half});
   }
   const double apart_mm = span * (e.hi - e.lo);
-  if (e.outer_ratio < kLeastSlope && apart_mm > kMostApart_mm) {
+  if (e.outer_ratio < kMinSlope && apart_mm > kMaxApart_mm) {
     result.verdict = Verdict::kRefused;
-    result.reason = {FindingCode::kLooseSheet, 100 * e.outer_ratio, 100 * kLeastSlope};
+    result.reason = {FindingCode::kLooseSheet, 100 * e.outer_ratio, 100 * kMinSlope};
     return;
   }
   if (half > kVague_mm) {
@@ -87,11 +87,11 @@ SeenPress SeenOf(const PressStretch& stretch, const CruiseFit& fit, const TapOpt
 Finding WhyNot(const CruiseFit& fit, std::size_t samples) {
   switch (fit.estimate.outcome) {
     case BreakEstimate::Outcome::kTooFew:
-      return {FindingCode::kFewSamplesInCruise, static_cast<double>(samples), kLeastInCruise};
+      return {FindingCode::kFewSamplesInCruise, static_cast<double>(samples), kMinInCruise};
     case BreakEstimate::Outcome::kAtEdge:
       return {FindingCode::kBreakAtEdge, 0, 5};
     default:
-      return {FindingCode::kNoBreak, 0, kLeastStandOut * fit.estimate.noise};
+      return {FindingCode::kNoBreak, 0, kMinStandOut * fit.estimate.noise};
   }
 }
 
@@ -102,7 +102,7 @@ CruiseFit ReadBreak(const CleanTap& clean, const TapMotion& motion, const TapOpt
   stretch = {};
   if (!SelectCruise(clean, motion, options.latency_s, workspace, stretch)) {
     result.reason = {FindingCode::kFewSamplesInCruise, static_cast<double>(stretch.y.size()),
-                     kLeastInCruise};
+                     kMinInCruise};
     return {};
   }
   CropBaseline(stretch, workspace);
@@ -119,10 +119,10 @@ CruiseFit ReadBreak(const CleanTap& clean, const TapMotion& motion, const TapOpt
   // of the force at rest is left, the nozzle separated before the cruise.
   const double press_g = std::min(added_g, added_g - t * fit.coefficients.b);
   const double rest_g = std::abs(clean.dwell_g - clean.departure_g);
-  const double least_g =
-      std::max(kLeastStandOut * fit.estimate.noise, rest_g > 0 ? kLeastLeft * rest_g : 0);
-  if (!(press_g > least_g)) {
-    result.reason = {FindingCode::kNoBreak, press_g, least_g};
+  const double min_g =
+      std::max(kMinStandOut * fit.estimate.noise, rest_g > 0 ? kMinLeft * rest_g : 0);
+  if (!(press_g > min_g)) {
+    result.reason = {FindingCode::kNoBreak, press_g, min_g};
     fit.estimate.outcome = BreakEstimate::Outcome::kNoPress;
   }
   return fit;

@@ -27,7 +27,7 @@ double Power125(double u) { return std::pow(u, 1.25); }
 double Hertz(double u) { return std::pow(u, 1.5); }
 
 /// A press that starts with a share of its stiffness, which grows to all of it between two depths.
-test::PressLaw Toe(const PressWorld& world, double share, double from_mm, double to_mm) {
+test::PressModel Toe(const PressWorld& world, double share, double from_mm, double to_mm) {
   return [=, depth_mm = world.depth_mm](double u) {
     const double d_mm = u * depth_mm;
     const double into_mm = std::clamp(d_mm - from_mm, 0.0, to_mm - from_mm);
@@ -46,7 +46,7 @@ struct Figures {
   double deviation_um = 0;
   double worst_um = 0;
   double half_width_um = 0;
-  double least_half_width_um = 1e9;
+  double min_half_width_um = 1e9;
 
   [[nodiscard]] double Covered() const { return static_cast<double>(covered) / good; }
 };
@@ -75,7 +75,7 @@ Figures Measure(const PressWorld& world, int taps, const TapOptions& options = k
     squares += error_um * error_um;
     f.worst_um = std::max(f.worst_um, std::abs(error_um));
     f.half_width_um += 500 * (hi - lo);
-    f.least_half_width_um = std::min(f.least_half_width_um, 500 * (hi - lo));
+    f.min_half_width_um = std::min(f.min_half_width_um, 500 * (hi - lo));
   }
   f.mean_um /= f.good;
   f.deviation_um = std::sqrt(squares / f.good - f.mean_um * f.mean_um);
@@ -89,11 +89,11 @@ struct Promise {
   PressWorld world;
   // 95 % less what chance makes of so many taps: 1000 and 99.9 % for 93 %, 600 and three deviations
   // for 92.3 %; 90 % of laws that no model holds.
-  double least_covered = 0.93;
-  double least_good = 0.98;  // at most 2 % of valid taps refused
-  double most_bias_um = 1e9;
-  double most_deviation_um = 1e9;
-  double most_half_width_um = 1e9;
+  double min_covered = 0.93;
+  double min_good = 0.98;  // at most 2 % of valid taps refused
+  double max_bias_um = 1e9;
+  double max_deviation_um = 1e9;
+  double max_half_width_um = 1e9;
   int taps = 1000;
   TapOptions options = kStated;
 };
@@ -101,18 +101,18 @@ struct Promise {
 void Keep(const Promise& promise) {
   SCOPED_TRACE(promise.name);
   const Figures f = Measure(promise.world, promise.taps, promise.options);
-  EXPECT_GE(f.good, promise.least_good * f.taps);
+  EXPECT_GE(f.good, promise.min_good * f.taps);
   if (f.good == 0) return;
-  EXPECT_GE(f.Covered(), promise.least_covered);
-  EXPECT_LE(std::abs(f.mean_um), std::min(promise.most_bias_um, f.half_width_um));
-  EXPECT_LE(f.deviation_um, promise.most_deviation_um);
-  EXPECT_LE(f.half_width_um, promise.most_half_width_um);
+  EXPECT_GE(f.Covered(), promise.min_covered);
+  EXPECT_LE(std::abs(f.mean_um), std::min(promise.max_bias_um, f.half_width_um));
+  EXPECT_LE(f.deviation_um, promise.max_deviation_um);
+  EXPECT_LE(f.half_width_um, promise.max_half_width_um);
 }
 
 // A standard deviation of at most 1.15 times the Cramer-Rao bound of the curved press, which is
 // 0.29 um at 2 gf, 3500 gf/mm, 1 um per sample and 45 um.
-constexpr double kMostDeviation_um = 1.15 * 0.29;
-constexpr double kMostBias_um = 0.30;
+constexpr double kMaxDeviation_um = 1.15 * 0.29;
+constexpr double kMaxBias_um = 0.30;
 
 TEST(TapContact, ReadsThePressesThatItModelsWithoutBiasAndToTheBound) {
   std::vector<Promise> promises = {{"clean", {}},
@@ -123,8 +123,8 @@ TEST(TapContact, ReadsThePressesThatItModelsWithoutBiasAndToTheBound) {
     promises.push_back({fmt::format("pull-back of {} mm", mm), {.pull_back_mm = mm}});
   }
   for (Promise& promise : promises) {
-    promise.most_bias_um = kMostBias_um;
-    promise.most_deviation_um = kMostDeviation_um;
+    promise.max_bias_um = kMaxBias_um;
+    promise.max_deviation_um = kMaxDeviation_um;
     // Neither too wide: 95 % and what chance makes of 1000 taps.
     EXPECT_LE(Measure(promise.world, promise.taps).Covered(), 0.95 + 0.023) << promise.name;
     Keep(promise);
@@ -136,61 +136,61 @@ TEST(TapContact, IntervalsHoldWhateverTheNoiseTheRateAndTheWay) {
     Keep({fmt::format("{} gf", noise_g), {.noise_g = noise_g}});
     Keep({fmt::format("stiffening, {} gf", noise_g), {.law = Stiffening, .noise_g = noise_g}});
   }
-  Keep({.name = "8 gf", .world = {.noise_g = 8}, .most_deviation_um = 1.15 * 1.18});
+  Keep({.name = "8 gf", .world = {.noise_g = 8}, .max_deviation_um = 1.15 * 1.18});
   Keep({"0.05 mm/s", {.noise_g = 0.1, .pull_back_mm_s = 0.05}});
   Keep({"0.1 gf, 2 mm", {.noise_g = 0.1, .pull_back_mm = 2}});
   Keep({"4000/s", {.rate_hz = 4000}});
   Keep({"2000/s, 4 gf", {.noise_g = 4, .rate_hz = 2000}});
   Keep({"short press", {.depth_mm = 0.02, .noise_g = 4}});
   // Noise makes a toe of a few samples seem likely in fewer than one tap of two hundred.
-  Keep({.name = "80/s", .world = {.rate_hz = 80, .pull_back_mm_s = 0.1}, .least_good = 0.995});
+  Keep({.name = "80/s", .world = {.rate_hz = 80, .pull_back_mm_s = 0.1}, .min_good = 0.995});
 }
 
 TEST(TapContact, IntervalsHoldOnLawsThatNoModelHolds) {
   for (const auto& law : {Power125, Hertz, Cubic}) {
-    Keep({.name = "law", .world = {.law = law}, .least_covered = 0.90});
+    Keep({.name = "law", .world = {.law = law}, .min_covered = 0.90});
   }
   for (const double power : {0.7, 0.8}) {
     Keep({.name = fmt::format("d^{}", power),
           .world = {.law = [power](double u) { return std::pow(u, power); }},
-          .least_covered = 0.923,
-          .least_good = 0,
-          .most_half_width_um = 1});
+          .min_covered = 0.923,
+          .min_good = 0,
+          .max_half_width_um = 1});
   }
 }
 
 TEST(TapContact, IntervalsHoldWhereSamplesAreDisturbed) {
-  const auto keep = [](std::string name, PressWorld world, double least_covered,
-                       double most_half_width_um = 1e9) {
+  const auto keep = [](std::string name, PressWorld world, double min_covered,
+                       double max_half_width_um = 1e9) {
     Keep({.name = std::move(name),
           .world = std::move(world),
-          .least_covered = least_covered,
-          .least_good = 0,
-          .most_half_width_um = most_half_width_um,
+          .min_covered = min_covered,
+          .min_good = 0,
+          .max_half_width_um = max_half_width_um,
           .taps = 600});
   };
   for (const double hz : {50.0, 60.0, 100.0}) {
     Keep({.name = fmt::format("hum at {} Hz", hz),
           .world = {.hum_g = 6, .hum_hz = hz},
-          .least_covered = 0.92,
-          .most_bias_um = 0.3,
-          .most_deviation_um = 0.5,
+          .min_covered = 0.92,
+          .max_bias_um = 0.3,
+          .max_deviation_um = 0.5,
           .taps = 500});
   }
   Keep({.name = "wild samples",
         .world = {.outlier_share = 0.02},
-        .least_covered = 0.92,
-        .least_good = 0,
-        .most_deviation_um = 0.5,
+        .min_covered = 0.92,
+        .min_good = 0,
+        .max_deviation_um = 0.5,
         .taps = 500});
   Keep({.name = "coarse",
         .world = {.noise_g = 1, .resolution_g = 4},
-        .least_covered = 0.92,
+        .min_covered = 0.92,
         .taps = 500});
   for (const double share : {0.1, 0.3, 0.5}) {
     Keep({.name = fmt::format("{} held", share),
           .world = {.held_share = share},
-          .most_bias_um = 0.15,
+          .max_bias_um = 0.15,
           .taps = 500});
   }
   keep("late stamps", {.late_s = 0.5 / 320}, 0.93);
@@ -217,9 +217,9 @@ TEST(TapContact, IntervalsHoldWhereSamplesAreDisturbed) {
   }
   Keep({.name = "a drive that lags",
         .world = {.onset_lag_mm = 0.004},
-        .least_covered = 0.90,
-        .least_good = 0,
-        .most_bias_um = 0.5,
+        .min_covered = 0.90,
+        .min_good = 0,
+        .max_bias_um = 0.5,
         .taps = 500});
   for (const double fade_mm : {0.004, 0.007}) {
     keep(fmt::format("friction over {} mm", fade_mm),
@@ -233,7 +233,7 @@ TEST(TapContact, NoIntervalCollapsesWhereSamplesAreWildOrHeld) {
     for (const double noise_g : {0.5, 2.0}) {
       for (const PressWorld& world : {PressWorld{.noise_g = noise_g, .held_share = share},
                                       PressWorld{.noise_g = noise_g, .outlier_share = share}}) {
-        EXPECT_GE(Measure(world, 600).least_half_width_um, kLeast_um_per_g * noise_g)
+        EXPECT_GE(Measure(world, 600).min_half_width_um, kLeast_um_per_g * noise_g)
             << share << ", " << noise_g << " gf";
       }
     }
@@ -244,16 +244,16 @@ TEST(TapContact, TheApproachTellsTheLatencyAndPlayIsNotTakenForIt) {
   for (const double latency_s : {0.0, 0.002, 0.005, 0.010, 0.020}) {
     Keep({.name = fmt::format("{} s", latency_s),
           .world = {.latency_s = latency_s},
-          .least_good = 0,
-          .most_bias_um = 0.15,
-          .most_half_width_um = 1.2,
+          .min_good = 0,
+          .max_bias_um = 0.15,
+          .max_half_width_um = 1.2,
           .taps = 500,
           .options = {}});
   }
   // Slow sampling shows the approach in two or three samples: the interval holds what that leaves.
   Keep({.name = "80/s",
         .world = {.rate_hz = 80, .pull_back_mm_s = 0.1, .latency_s = 0.020},
-        .least_good = 0,
+        .min_good = 0,
         .taps = 500,
         .options = {}});
   for (const double backlash_mm : {0.002, 0.006, 0.02, 0.05}) {
@@ -264,9 +264,9 @@ TEST(TapContact, TheApproachTellsTheLatencyAndPlayIsNotTakenForIt) {
                       .pull_back_mm = far ? 0.2 : 0.1,
                       .latency_s = latency_s,
                       .backlash_mm = backlash_mm},
-            .least_covered = 0.923,
-            .least_good = 0,
-            .most_half_width_um = far ? 3.0 : 2.0,
+            .min_covered = 0.923,
+            .min_good = 0,
+            .max_half_width_um = far ? 3.0 : 2.0,
             .taps = 600,
             .options = {}});
     }
@@ -274,7 +274,7 @@ TEST(TapContact, TheApproachTellsTheLatencyAndPlayIsNotTakenForIt) {
 }
 
 // Taps of 200 that may be refused as a loose sheet without one.
-constexpr int kMostMistaken = 4;
+constexpr int kMaxMistaken = 4;
 
 TEST(LooseSheet, IsRefusedWhereItsEndAndTheBedsAreFarApart) {
   PressWorld hollow{.depth_mm = 0.06};
@@ -282,7 +282,7 @@ TEST(LooseSheet, IsRefusedWhereItsEndAndTheBedsAreFarApart) {
   PressWorld plastic{.depth_mm = 0.062, .noise_g = 0.5, .pull_back_mm = 0.2};
   plastic.law = Toe(plastic, 0.286, 0.05, 0.05);
   for (const PressWorld& world : {hollow, plastic}) {
-    EXPECT_GE(Measure(world, 200, {}).loose, 200 - kMostMistaken);
+    EXPECT_GE(Measure(world, 200, {}).loose, 200 - kMaxMistaken);
   }
 }
 

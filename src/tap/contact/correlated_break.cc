@@ -12,9 +12,9 @@
 namespace trammel::tap {
 namespace {
 
-constexpr std::size_t kMostBlocks = 128;  // limit of the fit: longer ones are averaged in blocks
-constexpr std::size_t kLeastFree = 16;    // samples or blocks of a stretch
-constexpr double kLeastPairs = 16;        // minimum for the variogram at a lag
+constexpr std::size_t kMaxBlocks = 128;  // limit of the fit: longer ones are averaged in blocks
+constexpr std::size_t kMinFree = 16;     // samples or blocks of a stretch
+constexpr double kMinPairs = 16;         // minimum for the variogram at a lag
 
 // Projects the columns 1, y, d, d^2 out of the step at the break (modified Gram-Schmidt).
 bool BreakWeights(const BreakFit& fit, std::span<double> columns, std::span<double> w) {
@@ -61,7 +61,7 @@ std::span<double> Blocks(std::span<double> values, std::size_t block, bool mean)
   return values.first(count);
 }
 
-using OfLags = std::array<double, kMostBlocks>;
+using OfLags = std::array<double, kMaxBlocks>;
 
 struct Variogram {
   OfLags sum{};
@@ -75,7 +75,7 @@ struct Variogram {
       pairs[lag] += static_cast<double>(x.size() - lag);
     }
   }
-  [[nodiscard]] bool Knows(std::size_t lag) const { return pairs[lag] >= kLeastPairs; }
+  [[nodiscard]] bool Knows(std::size_t lag) const { return pairs[lag] >= kMinPairs; }
   [[nodiscard]] double At(std::size_t lag) const { return sum[lag] / pairs[lag]; }
 };
 
@@ -84,7 +84,7 @@ struct Variogram {
 double CorrelatedFactor(const BreakFit& fit, std::span<const std::span<double>> free,
                         Workspace& workspace) {
   const std::size_t n = fit.y.size();
-  const std::size_t block = (n + kMostBlocks - 1) / kMostBlocks;
+  const std::size_t block = (n + kMaxBlocks - 1) / kMaxBlocks;
   const Workspace::Scope scope(workspace);
   const std::span<double> columns = workspace.Take<double>(4 * n);
   const std::span<double> weights = workspace.Take<double>(n);
@@ -98,7 +98,7 @@ double CorrelatedFactor(const BreakFit& fit, std::span<const std::span<double>> 
   Variogram variogram;
   double contrasts = 0;
   for (const std::span<double> stretch : free) {
-    if (stretch.size() >= kLeastFree * block) {
+    if (stretch.size() >= kMinFree * block) {
       const std::span<double> means = Blocks(stretch, block, true);
       variogram.Add(means, n / block);
       contrasts += static_cast<double>(means.size());
@@ -115,17 +115,17 @@ double CorrelatedFactor(const BreakFit& fit, std::span<const std::span<double>> 
   }
   nugget *= static_cast<double>(block) / static_cast<double>(rest.size() - 1);
   const std::span<double> w = Blocks(weights, block, false);
-  double excess = 0;
+  double surplus = 0;
   double width = 1;
   double at_lag = variogram.At(1);
   for (std::size_t lag = 1; lag < w.size(); ++lag) {
     const double product = std::inner_product(&w[lag], &w[0] + w.size(), &w[0], 0.0);
     at_lag = variogram.Knows(lag) ? variogram.At(lag) : at_lag;
-    excess -= 2 * product * (at_lag - variogram.At(1));
+    surplus -= 2 * product * (at_lag - variogram.At(1));
     const double share = product / (static_cast<double>(block) * square);
     width += 2 * share * share;
   }
-  const double factor = (nugget + excess / square) / (fit.noise * fit.noise);
+  const double factor = (nugget + surplus / square) / (fit.noise * fit.noise);
   const double student = Student95(std::max(3.0, contrasts / width)) / kNormal95;
   return std::max(1.0, factor * student * student);
 }

@@ -70,8 +70,7 @@ ShorterPress FitShorter(const PressStretch& stretch, std::size_t count, Workspac
   ShorterPress shorter = {stretch, {}};
   shorter.stretch.y = workspace.Take<double>(stretch.y.size());
   shorter.stretch.residual = workspace.Take<double>(stretch.y.size());
-  if (count > 0 && stretch.y.size() >= kLeastInCruise + count &&
-      !shorter.stretch.residual.empty()) {
+  if (count > 0 && stretch.y.size() >= kMinInCruise + count && !shorter.stretch.residual.empty()) {
     std::copy(stretch.y.begin(), stretch.y.end(), shorter.stretch.y.begin());
     TrimStart(count, shorter.stretch);
     shorter.fit = FitStretch(shorter.stretch, {}, workspace);

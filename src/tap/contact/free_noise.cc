@@ -120,14 +120,14 @@ bool IsCorrelated(std::span<const float> force, double noise_g, std::span<double
 
 // Limits wild samples to four deviations from the line through the stretch.
 void DrawIn(std::span<double> force, std::span<double> scratch) {
-  constexpr double kMostDeviations = 4;
+  constexpr double kMaxDeviations = 4;
   constexpr double kMedianOfNormal = 0.6745;
   const Line line{std::span<const double>(force)};
   for (std::size_t i = 0; i < force.size(); ++i) {
     scratch[i] = std::abs(force[i] - line.At(i));
   }
   const double median = UpperMedian(scratch.first(force.size()));
-  const double most = kMostDeviations * median / kMedianOfNormal;
+  const double most = kMaxDeviations * median / kMedianOfNormal;
   for (std::size_t i = 0; i < force.size(); ++i) {
     force[i] = std::clamp(force[i], line.At(i) - most, line.At(i) + most);
   }

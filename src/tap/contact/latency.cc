@@ -11,20 +11,20 @@
 namespace trammel::tap {
 namespace {
 
-constexpr double kMostPeriods = 2;  // in samples: delay of a converter's filter
+constexpr double kMaxPeriods = 2;  // in samples: delay of a converter's filter
 constexpr double kTransport_s = 0.005;
 constexpr double kOffset_mm = 0.006;
 constexpr double kScale = 0.1;
 // Backlash and bending that differ between the two ways in other forms than these, at both speeds:
 // 1.5 um for drives whose offset is the prior's, and proportionally less where the approach shows
 // less.
-constexpr double kPlay_mm = 0.0015;
-constexpr double kRest_mm = 0.002;       // for a press that is flat at its deepest end
-constexpr std::size_t kLeastBefore = 8;  // samples before the touch, for the base
-constexpr double kRest_s = 0.02;         // start of the halt, before creep matters
-constexpr std::size_t kLeastRest = 4;
-constexpr std::size_t kMostInRange = 96;
-constexpr int kMostSteps = 8;
+constexpr double kBacklash_mm = 0.0015;
+constexpr double kRest_mm = 0.002;     // for a press that is flat at its deepest end
+constexpr std::size_t kMinBefore = 8;  // samples before the touch, for the base
+constexpr double kRest_s = 0.02;       // start of the halt, before creep matters
+constexpr std::size_t kMinRest = 4;
+constexpr std::size_t kMaxInRange = 96;
+constexpr int kMaxSteps = 8;
 
 // The unknowns are base, scale, latency, offset, force at rest.
 constexpr std::size_t kUnknowns = kNormalUnknowns;
@@ -38,25 +38,25 @@ struct State {
 
 // Returns the stretch from before the earliest touch to some samples after the halt.
 Stretch Approach(const CleanTap& clean, const TapMotion& motion, const SeenPress& press,
-                 double most_s) {
+                 double max_s) {
   const auto& times = clean.samples.time_s;
   const double break_mm = press.z0_mm + press.shape.t * press.span_mm;
   const double depth_s = std::max(0.0, break_mm - motion.halt_z_mm) / motion.approach_speed_mm_s;
   const double halt_s = motion.approach_end_s - clean.origin_s;
   const std::size_t touch = IndexAt(times, halt_s - 1.5 * depth_s);
-  const double rest_s = std::max(kRest_s, kLeastRest * clean.period_s);
+  const double rest_s = std::max(kRest_s, kMinRest * clean.period_s);
   Stretch range;
   const auto before =
-      std::max(kLeastBefore, static_cast<std::size_t>(0.5 * depth_s / clean.period_s));
+      std::max(kMinBefore, static_cast<std::size_t>(0.5 * depth_s / clean.period_s));
   range.first = touch - std::min(touch, before);
-  range.end = IndexAt(times, std::min(halt_s + most_s + rest_s, 0.0));
-  range.end = std::min(range.end, range.first + kMostInRange);
+  range.end = IndexAt(times, std::min(halt_s + max_s + rest_s, 0.0));
+  range.end = std::min(range.end, range.first + kMaxInRange);
   return range;
 }
 
 // Estimates the drive's backlash at rest, mm: the height, above the halt, at which the press has
 // the force of rest. The head rises by as much before the force falls.
-double PlayAtRest(const CleanTap& clean, const TapMotion& motion, const SeenPress& press) {
+double BacklashAtRest(const CleanTap& clean, const TapMotion& motion, const SeenPress& press) {
   constexpr int kHeights = 64;
   const double halt_y = (motion.halt_z_mm - press.z0_mm) / press.span_mm;
   const double step = (press.shape.t - halt_y) / kHeights;
@@ -77,13 +77,13 @@ double PlayAtRest(const CleanTap& clean, const TapMotion& motion, const SeenPres
 class Fit {
  public:
   Fit(const CleanTap& clean, const TapMotion& motion, const SeenPress& press, const Stretch& range,
-      double prior_s, double play_mm)
+      double prior_s, double backlash_mm)
       : clean_(clean),
         motion_(motion),
         press_(press),
         range_(range),
         prior_s_(prior_s),
-        play_mm_(play_mm) {}
+        backlash_mm_(backlash_mm) {}
 
   // Computes the normal equations at a state, in units of the variance, priors included.
   [[nodiscard]] Normal Sum(const State& state, double variance) const {
@@ -108,7 +108,7 @@ class Fit {
     };
     prior(1, 1 - state.scale, kScale);
     prior(2, prior_s_ - state.latency_s, prior_s_);
-    prior(3, play_mm_ - state.offset_mm, kOffset_mm);
+    prior(3, backlash_mm_ - state.offset_mm, kOffset_mm);
     prior(4, -state.rest_g, RestDeviation());
     return m;
   }
@@ -117,7 +117,7 @@ class Fit {
   // 1946).
   [[nodiscard]] double Inflation(const State& state) const {
     constexpr double kMost = 0.9;
-    std::array<double, kMostInRange> left;
+    std::array<double, kMaxInRange> left;
     const std::size_t n = range_.size();
     double base = 0;
     for (std::size_t i = 0; i < n; ++i) {
@@ -177,7 +177,7 @@ class Fit {
   const SeenPress& press_;
   Stretch range_;
   double prior_s_;
-  double play_mm_;
+  double backlash_mm_;
 };
 
 }  // namespace
@@ -186,27 +186,27 @@ LatencyEstimate EstimateLatency(const CleanTap& clean, const TapMotion& motion,
                                 const SeenPress& press) {
   // Half of the range. It is also the fit's standard deviation, as some latencies are longer;
   // without information it is the range's own, uniform.
-  const double prior_s = 0.5 * (kMostPeriods * clean.period_s + kTransport_s);
+  const double prior_s = 0.5 * (kMaxPeriods * clean.period_s + kTransport_s);
   const LatencyEstimate unknown = {prior_s, prior_s / std::numbers::sqrt3};
   if (!motion.has_approach) {
     return unknown;
   }
   const Stretch range = Approach(clean, motion, press, 4 * prior_s);
-  if (range.end < range.first + kLeastBefore + kLeastRest) {
+  if (range.end < range.first + kMinBefore + kMinRest) {
     return unknown;
   }
-  const double play_mm = PlayAtRest(clean, motion, press);
+  const double backlash_mm = BacklashAtRest(clean, motion, press);
   const double depth_mm = press.z0_mm + press.shape.t * press.span_mm - motion.halt_z_mm;
-  const Fit fit(clean, motion, press, range, prior_s, play_mm);
-  State state{1, prior_s, play_mm};
+  const Fit fit(clean, motion, press, range, prior_s, backlash_mm);
+  State state{1, prior_s, backlash_mm};
   // Less than this of the press would leave the priors to rounding.
-  constexpr double kLeastNoise = 1e-5;
-  const double noise_g = std::max(press.noise_g, kLeastNoise * press.shape.At(0));
+  constexpr double kMinNoise = 1e-5;
+  const double noise_g = std::max(press.noise_g, kMinNoise * press.shape.At(0));
   double variance = noise_g * noise_g;
   double deviation_s = prior_s;
   double apart_mm = kOffset_mm;
   const double samples = static_cast<double>(range.size());
-  for (int step = 0; step < kMostSteps; ++step) {
+  for (int step = 0; step < kMaxSteps; ++step) {
     Normal m = fit.Sum(state, variance);
     if (!Eliminate(m)) {
       return unknown;
@@ -232,9 +232,10 @@ LatencyEstimate EstimateLatency(const CleanTap& clean, const TapMotion& motion,
       break;
     }
   }
-  const double play_s = kPlay_mm * std::min(1.0, apart_mm / kOffset_mm) /
-                        (motion.approach_speed_mm_s + motion.pull_back_speed_mm_s);
-  const double uncertainty_s = std::hypot(deviation_s * std::sqrt(fit.Inflation(state)), play_s);
+  const double backlash_s = kBacklash_mm * std::min(1.0, apart_mm / kOffset_mm) /
+                            (motion.approach_speed_mm_s + motion.pull_back_speed_mm_s);
+  const double uncertainty_s =
+      std::hypot(deviation_s * std::sqrt(fit.Inflation(state)), backlash_s);
   return {state.latency_s, std::min(uncertainty_s, unknown.uncertainty_s)};
 }
 

@@ -13,8 +13,8 @@ struct Part {
   double baseline = 1;  // and as much of the baseline, of the press's length
 };
 constexpr Part kParts[] = {{1, 0.5}, {0.5, 2}, {0.4, 0.4}, {0.25, 1}};
-constexpr std::size_t kLeastBelow = 8;
-constexpr std::size_t kLeastAbove = 6;
+constexpr std::size_t kMinBelow = 8;
+constexpr std::size_t kMinAbove = 6;
 constexpr double kSignificant = 2.8;
 
 // Computes the variance of the break for unit noise and slope: of the ends of a parabola and of a
@@ -37,7 +37,7 @@ LocalReadings ReadLocally(const BreakSamples& samples, double t, double noise, d
   for (const Part& part : kParts) {
     const std::size_t first = at(t * (1 - part.press));
     const std::size_t end = at(t * (1 + part.baseline));
-    if (middle < first + kLeastBelow || end < middle + kLeastAbove) {
+    if (middle < first + kMinBelow || end < middle + kMinAbove) {
       continue;
     }
     const Workspace::Scope scope(workspace);

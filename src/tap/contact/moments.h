@@ -32,10 +32,10 @@ template <std::size_t kCount, std::size_t kAll>
 }
 
 /// Minimum pivot as a share of its column; a smaller one is rounding, and the column adds nothing.
-inline constexpr double kLeastPivot = 1e-11;
+inline constexpr double kMinPivot = 1e-11;
 
 [[nodiscard]] inline double Invert(double pivot, double column) {
-  return pivot > kLeastPivot * column ? 1 / pivot : 0;
+  return pivot > kMinPivot * column ? 1 / pivot : 0;
 }
 
 }  // namespace trammel::tap

@@ -8,9 +8,9 @@
 namespace trammel::tap {
 namespace {
 
-constexpr int kMostPasses = 20;
-constexpr double kLeastPower = 0.5;
-constexpr double kMostPower = 2.5;
+constexpr int kMaxPasses = 20;
+constexpr double kMinPower = 0.5;
+constexpr double kMaxPower = 2.5;
 constexpr double kStraight = 0.02;  // nearer to 1 the straight press says the same
 constexpr double kEnough = 0.02;    // last step over the break's standard deviation
 
@@ -45,7 +45,7 @@ PowerPress FitPowerPress(const PressProfile& profile, double start_t) {
   // Exponent with the same slope at the deepest sample for its force.
   double t = start_t;
   double p = std::clamp((linear_g + 2 * curved_g) / (linear_g + curved_g), 0.6, 1.9);
-  for (int pass = 0; pass < kMostPasses; ++pass) {
+  for (int pass = 0; pass < kMaxPasses; ++pass) {
     Normal m = NormalEquations(profile.samples(), t, p);
     if (!Eliminate(m)) {
       return press;
@@ -70,13 +70,13 @@ PowerPress FitPowerPress(const PressProfile& profile, double start_t) {
     press.standard_deviation = std::sqrt(1 / m[3][3] + m[3][4] * m[3][4] / m[4][4]) / scale;
     const double step_t = std::clamp(by_t / scale, -0.1 * depth, 0.1 * depth);
     const double step_p = std::clamp(by_p / scale, -0.25, 0.25);
-    if (std::abs(by_t / scale) < kEnough * press.standard_deviation || pass + 1 == kMostPasses) {
-      press.found = p > kLeastPower && p < kMostPower && std::abs(p - 1) > kStraight;
+    if (std::abs(by_t / scale) < kEnough * press.standard_deviation || pass + 1 == kMaxPasses) {
+      press.found = p > kMinPower && p < kMaxPower && std::abs(p - 1) > kStraight;
       return press;
     }
     t += step_t;
     p += step_p;
-    if (p <= kLeastPower || p > kMostPower || !(t > 0.02) || !(t < 1)) {
+    if (p <= kMinPower || p > kMaxPower || !(t > 0.02) || !(t < 1)) {
       return press;
     }
   }

@@ -37,7 +37,7 @@ PressProfile::PressProfile(const BreakSamples& samples, Workspace& workspace)
   baseline_.mean_y = sum.y[1] * baseline_.inverse_count;
   baseline_.mean_force = sum.force[0] * baseline_.inverse_count;
   const double spread = sum.y[2] - sum.y[1] * baseline_.mean_y;
-  baseline_.inverse_spread = spread > kLeastPivot * sum.y[2] ? 1 / spread : 0;
+  baseline_.inverse_spread = spread > kMinPivot * sum.y[2] ? 1 / spread : 0;
   const double together = sum.force[1] - baseline_.mean_y * sum.force[0];
   baseline_.slope = together * baseline_.inverse_spread;
   baseline_.sum_squares =

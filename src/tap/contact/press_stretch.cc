@@ -17,7 +17,7 @@ bool SelectCruise(const CleanTap& clean, const TapMotion& motion, double latency
   for (std::span<double>* array : stretch.Arrays()) {
     *array = workspace.Take<double>(n);
   }
-  if (n < kLeastInCruise || stretch.scratch.empty() || !(*(last - 1) > *first)) {
+  if (n < kMinInCruise || stretch.scratch.empty() || !(*(last - 1) > *first)) {
     return false;
   }
   const double first_s = *first;

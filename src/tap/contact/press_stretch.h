@@ -14,7 +14,7 @@ namespace trammel::tap {
 
 /// Minimum number of samples for a fit of the break: five below, four above and some to choose
 /// between.
-inline constexpr std::size_t kLeastInCruise = 14;
+inline constexpr std::size_t kMinInCruise = 14;
 
 /// Samples of the cruise, and values computed from them.
 struct PressStretch {

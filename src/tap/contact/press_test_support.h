@@ -13,10 +13,10 @@
 namespace trammel::tap::test {
 
 /// Share of the linear press's deepest force, at a share u of its depth.
-using PressLaw = std::function<double(double u)>;
+using PressModel = std::function<double(double u)>;
 
 struct PressWorld {
-  PressLaw law = [](double u) { return u; };
+  PressModel law = [](double u) { return u; };
   double depth_mm = 0.045;
   double stiffness_g_mm = 3500;
   double noise_g = 2;

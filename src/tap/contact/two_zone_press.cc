@@ -67,14 +67,14 @@ TwoZones Solve(const PressProfile::Baseline& baseline, const OuterZone& outer, c
 // Not found where a zone is too short or does not press.
 TwoZonePress PressAt(const PressProfile& profile, const OuterZone& outer, double s,
                      double rounding = 0) {
-  constexpr double kLeastRatio = 0.05;  // of the outer slope to the inner one
+  constexpr double kMinRatio = 0.05;  // of the outer slope to the inner one
   if (!(s > outer.above && s <= outer.up_to)) {
     return {};
   }
   const double round = rounding * (outer.t - s);
   const TwoZones at = EvaluateTwoZones(profile, outer, s + round, s - round);
   const double inner = at.outer_slope + at.added_slope;
-  if (!(inner > 0 && at.outer_slope >= kLeastRatio * inner)) {
+  if (!(inner > 0 && at.outer_slope >= kMinRatio * inner)) {
     return {};
   }
   return {outer.t,
@@ -97,7 +97,7 @@ void Keep(const TwoZonePress& press, TwoZonePress& best) {
 }  // namespace
 
 OuterZone::OuterZone(const PressProfile& profile, double break_t) : t(break_t) {
-  constexpr std::size_t kLeastPart = 3;  // samples of each zone
+  constexpr std::size_t kMinPart = 3;  // samples of each zone
   const PressProfile::Baseline& baseline = profile.baseline();
   const std::size_t below = profile.Below(t);
   const auto d = Shifted<3>(profile.Sums(below).y, t);
@@ -109,9 +109,9 @@ OuterZone::OuterZone(const PressProfile& profile, double break_t) : t(break_t) {
       d[2] - baseline.inverse_count * sum * sum - baseline.inverse_spread * sum_y * sum_y, d[2]);
   slope = force * inverse;
   sum_squares = baseline.sum_squares - force * slope;
-  if (below >= 2 * kLeastPart) {
-    above = profile.samples().y[kLeastPart - 1];
-    up_to = profile.samples().y[below - kLeastPart];
+  if (below >= 2 * kMinPart) {
+    above = profile.samples().y[kMinPart - 1];
+    up_to = profile.samples().y[below - kMinPart];
   }
 }
 

@@ -17,8 +17,8 @@ namespace {
 
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 constexpr double kUmPerMm = 1000;
-constexpr double kLeastDepth_mm = 0.0215;  // short_press at 20 um, with what a depth is measured to
-constexpr double kMostForce_g = 300;       // Klipper bounds the trigger's force by 250 gf
+constexpr double kMinDepth_mm = 0.0215;  // short_press at 20 um, with what a depth is measured to
+constexpr double kMaxForce_g = 300;      // Klipper bounds the trigger's force by 250 gf
 constexpr double kSlowest_mm_s = 0.03;
 constexpr double kLongest_s = 3;      // a pull-back, in which every drift counts
 constexpr double kPressSamples = 24;  // so that they decide the press and not its model
@@ -36,13 +36,13 @@ double MedianRate(const TapView& tap) {
 
 /// Estimates the noise from differences of neighbours, which contain no drift.
 double ApproachNoise(const TapView& tap, const TapMotion& motion, double depth_mm) {
-  constexpr double kLeastBeforeHalt_s = 0.05;
+  constexpr double kMinBeforeHalt_s = 0.05;
   constexpr double kTouchDepth = 2;  // in press depths: plastic touches before the bed does
   constexpr std::size_t kLeast = 8;
   if (!motion.has_approach) return kNan;
   const double until_s =
       motion.approach_end_s -
-      std::max(kLeastBeforeHalt_s, kTouchDepth * depth_mm / motion.approach_speed_mm_s);
+      std::max(kMinBeforeHalt_s, kTouchDepth * depth_mm / motion.approach_speed_mm_s);
   std::vector<double> steps;
   for (std::size_t i = 1; i < tap.time_s.size() && tap.time_s[i] <= until_s; ++i) {
     const double step = tap.force_g[i] - tap.force_g[i - 1];
@@ -167,11 +167,11 @@ Settings SettingsFor(const TapTraits& traits, double depth_mm, double by_noise_m
 }
 
 Settings ChooseSettings(const TapTraits& traits, double by_noise_mm) {
-  const double least_mm = std::max(traits.press_depth_mm, kLeastDepth_mm);
-  const Settings least = SettingsFor(traits, least_mm, by_noise_mm);
+  const double min_mm = std::max(traits.press_depth_mm, kMinDepth_mm);
+  const Settings least = SettingsFor(traits, min_mm, by_noise_mm);
   for (const double deeper : {1.0, 1.4, 2.0, 3.0}) {
-    const double depth_mm = deeper * least_mm;
-    if (deeper > 1 && traits.Stiffness() * depth_mm > kMostForce_g) break;
+    const double depth_mm = deeper * min_mm;
+    if (deeper > 1 && traits.Stiffness() * depth_mm > kMaxForce_g) break;
     const Settings settings = SettingsFor(traits, depth_mm, by_noise_mm);
     const double reached =
         BreakUncertainty(traits, settings.speed_mm_s, depth_mm, settings.pull_back_mm - depth_mm);
@@ -227,17 +227,17 @@ Advice AdviseSpeed(const TapTraits& traits, const Settings& settings) {
 /// Advises a filter. A high-pass of first order passes 1 - w t / 2 of a ramp of length t, and
 /// leaves s / w of a slope s.
 Advice AdviseDriftFilter(const TapTraits& traits, double depth_mm) {
-  constexpr double kMostLost = 0.05;   // of the collision force, until it triggers
-  constexpr double kMostOffset = 0.1;  // of the press force, left by drift
+  constexpr double kMaxLost = 0.05;   // of the collision force, until it triggers
+  constexpr double kMaxOffset = 0.1;  // of the press force, left by drift
   Advice advice{"drift filter", "Hz", kNan, kNan, false, {}};
   if (!std::isfinite(traits.approach_speed_mm_s)) {
     advice.because = "the recordings hold no approach, so its speed is not known";
     return advice;
   }
   const double rise_s = depth_mm / traits.approach_speed_mm_s;
-  const double highest = 2 * kMostLost / rise_s / (2 * std::numbers::pi);
+  const double highest = 2 * kMaxLost / rise_s / (2 * std::numbers::pi);
   const double lowest =
-      traits.drift_g_s / (kMostOffset * traits.Stiffness() * depth_mm) / (2 * std::numbers::pi);
+      traits.drift_g_s / (kMaxOffset * traits.Stiffness() * depth_mm) / (2 * std::numbers::pi);
   advice.because = fmt::format(
       "above {:.3f} Hz a drift of {:.2f} gf/s stays below a tenth of the press force, and below "
       "{:.2f} Hz a collision of {:.0f} ms keeps 95 % of its force",

@@ -13,7 +13,7 @@ namespace trammel::tap {
 namespace {
 
 /// Minimum deviation of a machine: below a nanometre the same tap was given several times.
-constexpr double kLeastDeviation_mm = 1e-6;
+constexpr double kMinDeviation_mm = 1e-6;
 
 /// Pooled sum of squares, and its reduction, with a degree of freedom, when one tap is excluded.
 struct Spread {
@@ -109,15 +109,15 @@ Measured RatioOfOwnTaps(const Spread& of_a, const Spread& of_b) {
 
 /// Returns the reason why the scatter is unknown; empty if it is known.
 std::string WhyNot(const SeriesScatter& scatter, std::size_t places, const Spread& spread) {
-  if (spread.freedom < kLeastComparisonFreedom) {
+  if (spread.freedom < kMinComparisonFreedom) {
     return fmt::format(
         "{} of {} taps are good at a place that has two of them, at {} place{}: that leaves {:.0f} "
         "degrees of freedom, and {:.0f} are needed; tap nine times and more at one place, or run a "
         "mesh of eight points and more twice",
         scatter.used, scatter.taps, places, places == 1 ? "" : "s", spread.freedom,
-        kLeastComparisonFreedom);
+        kMinComparisonFreedom);
   }
-  if (!(spread.Deviation() > kLeastDeviation_mm)) {
+  if (!(spread.Deviation() > kMinDeviation_mm)) {
     return "heights at one place do not differ at all: give each tap once";
   }
   return {};

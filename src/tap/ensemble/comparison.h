@@ -32,7 +32,7 @@ struct SeriesScatter {
 
 /// Minimum degrees of freedom (taps minus places): with fewer, the interval of a ratio spans more
 /// than a factor of four.
-inline constexpr double kLeastComparisonFreedom = 8;
+inline constexpr double kMinComparisonFreedom = 8;
 
 /// Compares each series with the first.
 ///

@@ -59,8 +59,8 @@ TEST(Comparison, GivesTheDeviationsOfHandWorkedTaps) {
 
 TEST(Comparison, IntervalsCoverTheTruth) {
   constexpr int kDraws = 1000;
-  constexpr double kLeastCover = 0.95 - 3 * 0.0069;  // three deviations of a share of 1000 draws
-  constexpr double kLeastHeavyCover = 0.89;          // Miller 1968: the jackknife at 20 taps
+  constexpr double kMinCover = 0.95 - 3 * 0.0069;  // three deviations of a share of 1000 draws
+  constexpr double kMinHeavyCover = 0.89;          // Miller 1968: the jackknife at 20 taps
   Random random(1001);
   struct Case {
     int taps;
@@ -81,8 +81,8 @@ TEST(Comparison, IntervalsCoverTheTruth) {
       ratio += Holds(found[1].ratio, second_um / first_um) ? 1.0 / kDraws : 0;
       deviation += Holds(found[1].deviation_mm, kMmPerUm * second_um) ? 1.0 / kDraws : 0;
     }
-    EXPECT_GE(ratio, c.tail > 0 ? kLeastHeavyCover : kLeastCover) << c.taps;
-    EXPECT_GE(deviation, c.tail > 0 ? kLeastHeavyCover : kLeastCover) << c.taps;
+    EXPECT_GE(ratio, c.tail > 0 ? kMinHeavyCover : kMinCover) << c.taps;
+    EXPECT_GE(deviation, c.tail > 0 ? kMinHeavyCover : kMinCover) << c.taps;
   }
 }
 

@@ -11,7 +11,7 @@ namespace trammel::tap {
 namespace {
 
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
-constexpr std::size_t kLeastForOutliers = 5;
+constexpr std::size_t kMinForOutliers = 5;
 
 double Height(const TapResult& tap) { return tap.z_mm.quantity().value; }
 
@@ -63,14 +63,14 @@ std::vector<std::size_t> TakeOutliers(std::span<const TapResult> taps, std::vect
   const double slope = TheilSenSlope(taps, groups);
   std::vector<double> all;
   for (const Group& group : groups) {
-    if (group.size() < kLeastForOutliers) continue;
+    if (group.size() < kMinForOutliers) continue;
     for (const double value : Detrended(taps, group, slope)) all.push_back(value);
   }
   std::vector<std::size_t> outliers;
   if (all.empty()) return outliers;
   const double scale_mm = std::max(RobustStandardDeviation(all), claimed_mm);
   for (Group& group : groups) {
-    if (group.size() < kLeastForOutliers) continue;
+    if (group.size() < kMinForOutliers) continue;
     const std::vector<double> rest = Detrended(taps, group, slope);
     Group kept;
     for (std::size_t i = 0; i < group.size(); ++i) {

@@ -15,9 +15,9 @@ using tap::Move;
 /// Maximum distance from the lowest height of a sample at rest. Firmware computes z to far less
 /// than 1 um; files round it to that.
 constexpr double kRest_mm = 0.0015;
-constexpr double kMostResidual_mm = 0.003;
-constexpr std::size_t kLeastDescent = 4;
-constexpr std::size_t kLeastRise = 8;
+constexpr double kMaxResidual_mm = 0.003;
+constexpr std::size_t kMinDescent = 4;
+constexpr std::size_t kMinRise = 8;
 
 struct Samples {
   std::span<const double> time_s;
@@ -51,7 +51,7 @@ std::optional<Cruise> Fit(const Samples& samples) {
   line.speed_mm_s = tz / tt;
   for (std::size_t i = 0; i < samples.time_s.size(); ++i) {
     const double fitted = line.z_mm + line.speed_mm_s * (samples.time_s[i] - line.time_s);
-    if (!(std::abs(samples.z_mm[i] - fitted) <= kMostResidual_mm)) return std::nullopt;
+    if (!(std::abs(samples.z_mm[i] - fitted) <= kMaxResidual_mm)) return std::nullopt;
   }
   return line;
 }
@@ -83,7 +83,7 @@ std::optional<Stretches> Divide(const Samples& samples) {
   found.approach_end = static_cast<std::size_t>(first_rest - z.begin());
   found.rise_first = static_cast<std::size_t>(last_rest - z.begin());
   // The first and the last sample of a cruise may belong to an acceleration.
-  if (found.approach_end < kLeastDescent + 1) return std::nullopt;
+  if (found.approach_end < kMinDescent + 1) return std::nullopt;
   --found.approach_end;
   ++found.rise_first;
   if (found.rise_first >= z.size()) return std::nullopt;
@@ -93,7 +93,7 @@ std::optional<Stretches> Divide(const Samples& samples) {
   while (found.rise_end < z.size() && z[found.rise_end] < found.high_mm - kRest_mm) {
     ++found.rise_end;
   }
-  if (found.rise_end < found.rise_first + kLeastRise + 1) return std::nullopt;
+  if (found.rise_end < found.rise_first + kMinRise + 1) return std::nullopt;
   --found.rise_end;
   return found;
 }
@@ -101,7 +101,7 @@ std::optional<Stretches> Divide(const Samples& samples) {
 }  // namespace
 
 std::vector<Move> MovesFromZ(std::span<const double> time_s, std::span<const double> z_mm) {
-  if (time_s.size() != z_mm.size() || time_s.size() < kLeastDescent + kLeastRise) return {};
+  if (time_s.size() != z_mm.size() || time_s.size() < kMinDescent + kMinRise) return {};
   const Samples samples{time_s, z_mm};
   if (!Usable(samples)) return {};
   const auto stretches = Divide(samples);

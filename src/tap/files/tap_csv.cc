@@ -19,8 +19,8 @@ namespace {
 using tap::Move;
 using tap::Recording;
 
-constexpr std::size_t kMostColumns = 64;
-constexpr std::size_t kMostMoves = 1000;
+constexpr std::size_t kMaxColumns = 64;
+constexpr std::size_t kMaxMoves = 1000;
 
 /// Reader of one table, line after line. The next call continues after the row.
 class Rows {
@@ -58,7 +58,7 @@ class Rows {
     for (;;) {
       const std::size_t end = line.find(separator_);
       fields_.push_back(Trimmed(line.substr(0, end)));
-      if (end == std::string_view::npos || fields_.size() > kMostColumns) return;
+      if (end == std::string_view::npos || fields_.size() > kMaxColumns) return;
       line = line.substr(end + 1);
     }
   }
@@ -151,11 +151,11 @@ Result<TapColumns> ReadTapColumns(std::span<const std::string_view> first, bool&
 
 Result<void> ReadSample(const Rows& rows, const TapColumns& columns, const std::string& name,
                         Recording& recording) {
-  if (recording.time_s.size() >= kMostTapSamples) {
+  if (recording.time_s.size() >= kMaxTapSamples) {
     return Fail(
         fmt::format("{}: has more than {} samples; a tap has some hundreds: cut it to the "
                     "seconds around one tap",
-                    name, kMostTapSamples));
+                    name, kMaxTapSamples));
   }
   const auto time = TRY(FieldAt(rows, columns.time, "time", name));
   const auto force = TRY(FieldAt(rows, columns.force, "force", name));
@@ -199,8 +199,8 @@ Result<void> ParseMovesCsv(std::string_view text, const std::string& name, Recor
   const auto x = ColumnOf(rows.fields(), {"start_x"});
   const auto y = ColumnOf(rows.fields(), {"start_y"});
   while (rows.Next()) {
-    if (recording.moves.size() >= kMostMoves) {
-      return Fail(fmt::format("{}: has more than {} moves; a tap has six", name, kMostMoves));
+    if (recording.moves.size() >= kMaxMoves) {
+      return Fail(fmt::format("{}: has more than {} moves; a tap has six", name, kMaxMoves));
     }
     std::array<double, 6> values{};
     for (std::size_t i = 0; i < values.size(); ++i) {

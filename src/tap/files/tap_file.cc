@@ -25,13 +25,13 @@ constexpr std::size_t kMaxBytes = std::size_t{256} << 20;
 /// Size limit of one JSON value: parsing needs up to eight times as much memory. More taps must be
 /// written as JSON lines.
 constexpr std::size_t kMaxJsonBytes = std::size_t{64} << 20;
-constexpr std::size_t kMostMoves = 1000;
-constexpr std::size_t kMostTaps = 100'000;
+constexpr std::size_t kMaxMoves = 1000;
+constexpr std::size_t kMaxTaps = 100'000;
 
 /// Reads numbers; null is a sample without one.
 std::vector<double> Samples(JsonObject& object, const char* key) {
   std::vector<double> samples;
-  for (const auto& value : object.OptionalNumbers(key, 0, kMostTapSamples)) {
+  for (const auto& value : object.OptionalNumbers(key, 0, kMaxTapSamples)) {
     samples.push_back(value.value_or(Recording::kUnknown));
   }
   return samples;
@@ -75,7 +75,7 @@ Result<Recording> ReadTap(const json& json_tap, const std::string& name, const s
                                     values->size(), recording.time_s.size()));
     }
   }
-  const json* moves = object.OptionalList("moves", 0, kMostMoves);
+  const json* moves = object.OptionalList("moves", 0, kMaxMoves);
   TRY(object.Faults());
   for (std::size_t i = 0; moves != nullptr && i < moves->size(); ++i) {
     auto move = TRY(ReadMove(object.Inner((*moves)[i], fmt::format("moves[{}]", i)), recording));
@@ -119,8 +119,8 @@ class TapFinder {
         (value.contains("result") || value.contains("header"))) {
       return {};
     }
-    if (taps_.size() >= kMostTaps) {
-      return Fail(fmt::format("{}: has more than {} taps; split it", name_, kMostTaps));
+    if (taps_.size() >= kMaxTaps) {
+      return Fail(fmt::format("{}: has more than {} taps; split it", name_, kMaxTaps));
     }
     auto tap = TRY(ReadTap(value, name_, path));
     taps_.push_back(std::move(tap));

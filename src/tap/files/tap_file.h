@@ -13,7 +13,7 @@
 namespace trammel::files {
 
 /// Maximum number of samples: more than a tap of ten minutes at 2000 samples per second has.
-inline constexpr std::size_t kMostTapSamples = 1'200'000;
+inline constexpr std::size_t kMaxTapSamples = 1'200'000;
 
 /// Reads every tap of a file (docs/reference/formats.md): JSON with one tap or a list of them, JSON
 /// lines, or CSV with one tap, whose moves are read from `<stem>.moves.csv` beside it or derived

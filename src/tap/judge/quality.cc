@@ -8,14 +8,14 @@ namespace {
 
 constexpr double kNoValue = std::numeric_limits<double>::quiet_NaN();
 constexpr double kAngleScale_s_g = 0.1 / 25;  // 25 gf = 0.1 s: as published
-constexpr double kMostApproach = 0.5;
-constexpr double kMostDeparture = 0.25;
-constexpr double kMostBaseline = 0.25;
-constexpr double kMostDwell = 0.75;
+constexpr double kMaxApproach = 0.5;
+constexpr double kMaxDeparture = 0.25;
+constexpr double kMaxBaseline = 0.25;
+constexpr double kMaxDwell = 0.75;
 // Share of the pull-back for means that show a pull: short against the separation of ooze (tens of
 // um), long against a sample.
 constexpr double kPullMean = 0.04;
-constexpr std::size_t kLeastOfMean = 3;
+constexpr std::size_t kMinOfMean = 3;
 // Least rise, in parts of the press, between the first and last sample of the compression's line;
 // also in deviations of noise. Two samples of a press of five show a fifth.
 constexpr double kResolvedRise = 0.15;
@@ -52,7 +52,7 @@ void MeasurePull(const CleanTap& clean, const TapLines& lines, double width_s, T
     return;
   }
   const auto length =
-      std::max(kLeastOfMean, static_cast<std::size_t>(kPullMean * width_s / clean.period_s));
+      std::max(kMinOfMean, static_cast<std::size_t>(kPullMean * width_s / clean.period_s));
   if (n < lines.break_at + 6 * length) {
     return;
   }
@@ -120,7 +120,7 @@ void TakeHaltForCollision(const CleanTap& clean, const TapMotion& motion, TapLin
 // three samples, so that one stray sample makes no peak.
 double LostAtRest(const CleanTap& clean, const TapLines& lines) {
   const auto& force_g = clean.samples.force_g;
-  if (lines.pull_back < lines.collision + kLeastOfMean + 1) {
+  if (lines.pull_back < lines.collision + kMinOfMean + 1) {
     return kNoValue;
   }
   const auto sign = static_cast<float>(lines.press_sign);
@@ -189,10 +189,10 @@ double Score(const TapShape& shape, double calibrated_angle_rad) {
   const double angle = std::isnan(calibrated_angle_rad)
                            ? 0
                            : std::abs(shape.decompression_rad / calibrated_angle_rad - 1);
-  return 100 * (1 - Ratio(shape.approach_ratio, kMostApproach)) *
-         (1 - Ratio(shape.departure_ratio, kMostDeparture)) *
-         (1 - Ratio(shape.baseline_ratio, kMostBaseline)) *
-         (1 - Ratio(shape.dwell_ratio, kMostDwell)) * std::max(0.0, 1 - angle);
+  return 100 * (1 - Ratio(shape.approach_ratio, kMaxApproach)) *
+         (1 - Ratio(shape.departure_ratio, kMaxDeparture)) *
+         (1 - Ratio(shape.baseline_ratio, kMaxBaseline)) *
+         (1 - Ratio(shape.dwell_ratio, kMaxDwell)) * std::max(0.0, 1 - angle);
 }
 
 }  // namespace trammel::tap

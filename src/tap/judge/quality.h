@@ -38,6 +38,6 @@ struct TapShape {
 [[nodiscard]] double Score(const TapShape& shape, double calibrated_angle_rad);
 
 /// Minimum score of a good tap: the published default.
-inline constexpr double kLeastScore = 40;
+inline constexpr double kMinScore = 40;
 
 }  // namespace trammel::tap

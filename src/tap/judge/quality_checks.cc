@@ -12,18 +12,18 @@ namespace {
 // Each limit with its origin. Maximum shares of the pull-back's cruise that may be dropped: samples
 // that repeat a time up to a fifth, which widens the scatter by a tenth; stray ones up to a tenth,
 // as smaller ones beside them are not dropped.
-constexpr double kMostRepeated = 0.2;
-constexpr double kMostStray = 0.1;
+constexpr double kMaxRepeated = 0.2;
+constexpr double kMaxStray = 0.1;
 // Maximum samples missing in a row at the break: five at a micron each are the scatter of the best
 // taps.
-constexpr double kMostMissingAtBreak = 5;
+constexpr double kMaxMissingAtBreak = 5;
 // Maximum way of the pull-back over which a clock may step: the interval contains both of its
 // times.
-constexpr double kMostClockStep_mm = 0.001;
+constexpr double kMaxClockStep_mm = 0.001;
 // Maximum clipped or repeated samples in the cruise: two are one step of a slow converter.
-constexpr double kMostFrozen = 2;
+constexpr double kMaxFrozen = 2;
 // Minimum press in deviations: below it no halves differ by two (write-up).
-constexpr double kLeastPress = 4;
+constexpr double kMinPress = 4;
 // Minimum peak in deviations of an impulse; lower ones are noise.
 constexpr double kImpulse = 10;
 // Maximum slope of a free nozzle at the end of the pull-back, as a share of the decompression's.
@@ -31,38 +31,38 @@ constexpr double kFreeSlope = 0.3;
 // Last part of the cruise for that slope: as many samples as noise requires to determine it to an
 // eighth of the decompression's, at least eight, at most a third of the cruise.
 constexpr double kEndOfCruise = 0.15;
-constexpr double kLeastAtEnd = 8;
-constexpr double kMostOfCruise = 1.0 / 3;
+constexpr double kMinAtEnd = 8;
+constexpr double kMaxOfCruise = 1.0 / 3;
 constexpr double kSlopesKnown = 8;
 constexpr double kEndSignificance = 3;
 constexpr double kSignificant = 4;
 // Published cut-off of the score, in parts of the compression force.
-constexpr double kMostDwell = 0.75;
+constexpr double kMaxDwell = 0.75;
 
 // Published limit of an older classifier, in percent. Sound taps, real ones too, have 90 and more.
-constexpr double kLeastDecompression = 66.6;
+constexpr double kMinDecompression = 66.6;
 constexpr double kNoticedDecompression = 85;
 // Limits of the touch's depth. Touch and break are at one height, so the touch is as deep below it
 // as the press, plus three samples of the way down: a converter's filter smears it over two or
 // three. Real clean taps reach 1.0 beyond those samples, one that Prusa calls problematic 1.5.
 // Three times the press is certainly something on the nozzle.
 constexpr double kNoticedTouch = 1.5;
-constexpr double kMostTouch = 3;
+constexpr double kMaxTouch = 3;
 constexpr double kTouchSamples = 3;
 constexpr double kPressedMidway = 0.05;  // of the press: more than baselines differ by
 // Limits of a force change around the break. A tenth of the press moves the break by a tenth of the
 // press' depth: 4.5 um of 45, more than the 4 um required of a real tap. (The published score drops
 // to 0 at a quarter.) Sound real taps show up to 3 %.
-constexpr double kMostBaseline = 0.10;
+constexpr double kMaxBaseline = 0.10;
 constexpr double kNoticedBaseline = 0.05;
-constexpr double kMostPull = 0.10;
+constexpr double kMaxPull = 0.10;
 constexpr double kNoticedPull = 0.05;
 constexpr double kPullSignificance = 5;
 // Drift over a pull-back: a tenth of the press.
 constexpr double kNoticedDrift = 0.10;
 // Maximum nozzle temperature: published advice is to probe at 140 degC; heaters overshoot by some.
-constexpr double kMostNozzle_c = 150;
-constexpr double kLeastPressDepth_mm = 0.020;
+constexpr double kMaxNozzle_c = 150;
+constexpr double kMinPressDepth_mm = 0.020;
 
 double Count(std::size_t count) { return static_cast<double>(count); }
 
@@ -81,25 +81,25 @@ Finding CheckSamples(const CleanTap& clean, const TapMotion& motion, const TapLi
   };
   const double in_cruise =
       clean.period_s > 0 ? (motion.cruise_end_s - motion.cruise_start_s) / clean.period_s : 0;
-  const double most_stray = std::max(1.0, std::floor(kMostStray * in_cruise));
-  const double most_repeated = std::max(1.0, std::floor(kMostRepeated * in_cruise));
-  note(FindingCode::kStuckSamples, Count(clean.stuck), kMostFrozen,
-       Count(clean.stuck_in_cruise) > kMostFrozen);
-  note(FindingCode::kSaturatedSamples, Count(clean.saturated), kMostFrozen,
-       Count(clean.saturated_in_cruise) > kMostFrozen);
+  const double max_stray = std::max(1.0, std::floor(kMaxStray * in_cruise));
+  const double max_repeated = std::max(1.0, std::floor(kMaxRepeated * in_cruise));
+  note(FindingCode::kStuckSamples, Count(clean.stuck), kMaxFrozen,
+       Count(clean.stuck_in_cruise) > kMaxFrozen);
+  note(FindingCode::kSaturatedSamples, Count(clean.saturated), kMaxFrozen,
+       Count(clean.saturated_in_cruise) > kMaxFrozen);
   note(clean.spikes_are_equal ? FindingCode::kErrorFrames : FindingCode::kSpikes,
-       Count(clean.spikes), most_stray, Count(clean.spikes_in_cruise) > most_stray);
+       Count(clean.spikes), max_stray, Count(clean.spikes_in_cruise) > max_stray);
   note(FindingCode::kHeldValues, Count(clean.held), 0, false);
-  note(FindingCode::kDuplicateTimes, Count(clean.duplicated), most_repeated,
-       Count(clean.duplicated_in_cruise) > most_repeated);
+  note(FindingCode::kDuplicateTimes, Count(clean.duplicated), max_repeated,
+       Count(clean.duplicated_in_cruise) > max_repeated);
   const double clock_s = std::max(clean.clock_steps.forward_s, clean.clock_steps.backward_s);
-  const double most_clock_s = kMostClockStep_mm / motion.pull_back_speed_mm_s;
-  note(FindingCode::kClockStep, 1e3 * clock_s, 1e3 * most_clock_s, clock_s > most_clock_s);
+  const double max_clock_s = kMaxClockStep_mm / motion.pull_back_speed_mm_s;
+  note(FindingCode::kClockStep, 1e3 * clock_s, 1e3 * max_clock_s, clock_s > max_clock_s);
   const double gap_end_s = clean.longest_gap_start_s + clean.longest_gap_s;
   const bool at_break = lines.has_break && clean.longest_gap_start_s < lines.let_go.time_s &&
                         lines.let_go.time_s < gap_end_s &&
-                        clean.longest_gap_s > (kMostMissingAtBreak + 1.5) * clean.period_s;
-  note(FindingCode::kDroppedSamples, Count(clean.dropped), kMostMissingAtBreak, at_break);
+                        clean.longest_gap_s > (kMaxMissingAtBreak + 1.5) * clean.period_s;
+  note(FindingCode::kDroppedSamples, Count(clean.dropped), kMaxMissingAtBreak, at_break);
   return refusal;
 }
 
@@ -116,13 +116,13 @@ double PeakBeforePullBack(const CleanTap& clean, const TapLines& lines) {
 
 Finding CheckPress(const CleanTap& clean, const TapMotion& motion, const TapLines& lines) {
   const double press_g = std::abs(clean.dwell_g - clean.departure_g);
-  const double least_g = kLeastPress * clean.noise_g;
+  const double min_g = kMinPress * clean.noise_g;
   // Negated so that NaN, without samples, is a refusal.
-  if (!(press_g > least_g)) {
+  if (!(press_g > min_g)) {
     const double peak_g = PeakBeforePullBack(clean, lines);
     return peak_g > kImpulse * clean.noise_g && peak_g > 2 * press_g
-               ? Finding{FindingCode::kMidAirImpulse, peak_g, least_g}
-               : Finding{FindingCode::kNoContact, std::isnan(press_g) ? 0 : press_g, least_g};
+               ? Finding{FindingCode::kMidAirImpulse, peak_g, min_g}
+               : Finding{FindingCode::kNoContact, std::isnan(press_g) ? 0 : press_g, min_g};
   }
   const double end_s = motion.cruise_end_s - clean.origin_s;
   const double cruise_s = motion.cruise_end_s - motion.cruise_start_s;
@@ -133,8 +133,8 @@ Finding CheckPress(const CleanTap& clean, const TapMotion& motion, const TapLine
           ? std::pow(kSlopesKnown * std::sqrt(12.0) * clean.noise_g / (clean.period_s * slope_g_s),
                      2.0 / 3)
           : 0;
-  const double part_s = std::max({kEndOfCruise * cruise_s, kLeastAtEnd * clean.period_s,
-                                  std::min(for_noise * clean.period_s, kMostOfCruise * cruise_s)});
+  const double part_s = std::max({kEndOfCruise * cruise_s, kMinAtEnd * clean.period_s,
+                                  std::min(for_noise * clean.period_s, kMaxOfCruise * cruise_s)});
   const double last_s = end_s - part_s;
   const auto times = clean.samples.time_s;
   const LineFit last = FitLine(clean.samples, IndexAt(times, last_s), IndexAt(times, end_s));
@@ -170,19 +170,19 @@ Finding CheckTouch(const TapMotion& motion, const CleanTap& clean, const TapLine
                    const TapShape& shape, TapAnalysis& result) {
   const double way_mm = kTouchSamples * clean.period_s * motion.approach_speed_mm_s;
   const double noticed_mm = kNoticedTouch * shape.press_depth_mm + way_mm;
-  const double most_mm = kMostTouch * shape.press_depth_mm + way_mm;
+  const double max_mm = kMaxTouch * shape.press_depth_mm + way_mm;
   const bool slow = shape.touch_depth_mm > noticed_mm && IsPressedMidway(clean, motion, lines);
-  const double most_g = kMostBaseline * shape.compression_g;
+  const double max_g = kMaxBaseline * shape.compression_g;
   const double noticed_g =
       std::max(kNoticedBaseline * shape.compression_g, kSignificant * clean.noise_g);
   const double baseline_g = shape.unexplained_baseline_g;
   // The published score accepts either alone; together they indicate plastic on the nozzle.
-  if (slow && (shape.touch_depth_mm > most_mm || baseline_g > noticed_g)) {
+  if (slow && (shape.touch_depth_mm > max_mm || baseline_g > noticed_g)) {
     return {FindingCode::kSlowCollision, shape.touch_depth_mm,
-            shape.touch_depth_mm > most_mm ? most_mm : noticed_mm};
+            shape.touch_depth_mm > max_mm ? max_mm : noticed_mm};
   }
-  if (baseline_g > std::max(most_g, kSignificant * clean.noise_g)) {
-    return {FindingCode::kBaselineForceInconsistent, baseline_g, most_g};
+  if (baseline_g > std::max(max_g, kSignificant * clean.noise_g)) {
+    return {FindingCode::kBaselineForceInconsistent, baseline_g, max_g};
   }
   if (slow) {
     result.Notice({FindingCode::kSlowCollision, shape.touch_depth_mm, noticed_mm});
@@ -197,8 +197,8 @@ Finding CheckShape(const CleanTap& clean, const TapMotion& motion, const TapLine
                    const TapShape& shape, const CheckOptions& options, TapAnalysis& result) {
   if (lines.has_collision && lines.has_break) {
     const double lost = std::max(shape.dwell_ratio, shape.lost_ratio);
-    if (lost > kMostDwell) {
-      return {FindingCode::kFouledNozzle, 100 * std::min(lost, 1.0), 100 * kMostDwell};
+    if (lost > kMaxDwell) {
+      return {FindingCode::kFouledNozzle, 100 * std::min(lost, 1.0), 100 * kMaxDwell};
     }
     if (const Finding found = CheckTouch(motion, clean, lines, shape, result);
         found.code != FindingCode::kNone) {
@@ -208,8 +208,8 @@ Finding CheckShape(const CleanTap& clean, const TapMotion& motion, const TapLine
       return {FindingCode::kLowCompressionForce, shape.compression_g, options.trigger_force_g};
     }
     const double left = 100 * shape.decompression_g / shape.compression_g;
-    if (left < kLeastDecompression) {
-      return {FindingCode::kLowDecompressionForce, left, kLeastDecompression};
+    if (left < kMinDecompression) {
+      return {FindingCode::kLowDecompressionForce, left, kMinDecompression};
     }
     if (left < kNoticedDecompression) {
       result.Notice({FindingCode::kLowDecompressionForce, left, kNoticedDecompression});
@@ -218,14 +218,14 @@ Finding CheckShape(const CleanTap& clean, const TapMotion& motion, const TapLine
   const double press_g = std::abs(clean.dwell_g - clean.departure_g);
   if (shape.pull_g > kPullSignificance * shape.pull_noise_g &&
       shape.pull_g > kNoticedPull * press_g) {
-    const Finding found{FindingCode::kAdhesion, shape.pull_g, kMostPull * press_g};
-    if (shape.pull_g > kMostPull * press_g) {
+    const Finding found{FindingCode::kAdhesion, shape.pull_g, kMaxPull * press_g};
+    if (shape.pull_g > kMaxPull * press_g) {
       return found;
     }
     result.Notice(found);
   }
-  if (result.quality < kLeastScore) {
-    return {FindingCode::kLowTapQuality, result.quality, kLeastScore};
+  if (result.quality < kMinScore) {
+    return {FindingCode::kLowTapQuality, result.quality, kMinScore};
   }
   return {};
 }
@@ -256,8 +256,8 @@ void NoteSurroundings(const CleanTap& clean, const TapMotion& motion, const TapL
   if (hum.mains_hz > 0) {
     result.Notice({HumCode(hum.mains_hz), hum.amplitude_g, hum.seen_hz});
   }
-  if (shape.press_depth_mm < kLeastPressDepth_mm) {
-    result.Notice({FindingCode::kShortPress, shape.press_depth_mm, kLeastPressDepth_mm});
+  if (shape.press_depth_mm < kMinPressDepth_mm) {
+    result.Notice({FindingCode::kShortPress, shape.press_depth_mm, kMinPressDepth_mm});
   }
 }
 
@@ -274,8 +274,8 @@ Finding CheckTap(const CleanTap& clean, const TapMotion& motion, const TapLines&
   if (refusal.code == FindingCode::kNone) {
     first(CheckPress(clean, motion, lines));
   }
-  if (options.nozzle_temperature_c > kMostNozzle_c) {
-    result.Notice({FindingCode::kHotNozzle, options.nozzle_temperature_c, kMostNozzle_c});
+  if (options.nozzle_temperature_c > kMaxNozzle_c) {
+    result.Notice({FindingCode::kHotNozzle, options.nozzle_temperature_c, kMaxNozzle_c});
   }
   if (refusal.code == FindingCode::kNone) {
     first(CheckShape(clean, motion, lines, shape, options, result));

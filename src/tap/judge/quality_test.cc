@@ -15,7 +15,7 @@ using test_support::TapDrawing;
 
 constexpr int kTaps = 200;
 // Limit: 2 % of the good taps.
-constexpr int kMostRefused = kTaps / 50;
+constexpr int kMaxRefused = kTaps / 50;
 
 // Result of the checks common to all methods, without a method's own.
 struct Checked {
@@ -40,7 +40,7 @@ void ExpectRefusedFor(FindingCode code, const TapDrawing& drawing) {
   for (int i = 0; i < kTaps; ++i) {
     ++reasons[std::string(Name(Check(Record(drawing, 100 + i)).refusal.code))];
   }
-  EXPECT_GE(reasons[std::string(Name(code))], kTaps - kMostRefused)
+  EXPECT_GE(reasons[std::string(Name(code))], kTaps - kMaxRefused)
       << Name(code) << "; found " << testing::PrintToString(reasons);
 }
 
@@ -54,7 +54,7 @@ void ExpectGood(const std::string& what, const TapDrawing& drawing) {
       why = checked.refusal;
     }
   }
-  EXPECT_LE(refused, kMostRefused) << what << ": " << Explain(why);
+  EXPECT_LE(refused, kMaxRefused) << what << ": " << Explain(why);
 }
 
 TEST(TapChecks, RefuseAtMost2PercentOfGoodTaps) {
@@ -120,7 +120,7 @@ TEST(TapChecks, RefuseASlowCollisionWithAnInconsistentBaseline) {
   ExpectRefusedFor(FindingCode::kSlowCollision, drawing);
   int passed_score = 0;
   for (int i = 0; i < kTaps; ++i) {
-    passed_score += Check(Record(drawing, 100 + i)).result.quality >= kLeastScore;
+    passed_score += Check(Record(drawing, 100 + i)).result.quality >= kMinScore;
   }
   EXPECT_GT(passed_score, kTaps / 2);
 }
@@ -152,7 +152,7 @@ TEST(TapChecks, RefuseALowScore) {
   options.decompression_angle_rad = 0.4;  // the tap's is 1.35
   const Checked checked = Check(Record({}, 100), options);
   EXPECT_EQ(checked.refusal.code, FindingCode::kLowTapQuality);
-  EXPECT_LT(checked.result.quality, kLeastScore);
+  EXPECT_LT(checked.result.quality, kMinScore);
 }
 
 TEST(TapChecks, NoticeAHotNozzleDriftAndAShortPress) {

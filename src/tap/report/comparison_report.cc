@@ -22,8 +22,8 @@ std::string Um(double mm) {
 }  // namespace
 
 std::string ComparisonText(std::span<const tap::SeriesScatter> series) {
-  const IntervalStyle um{.unit = "µm", .scale = kUmPerMm, .least_decimals = 2};
-  const IntervalStyle ratio{.least_decimals = 2};
+  const IntervalStyle um{.unit = "µm", .scale = kUmPerMm, .min_decimals = 2};
+  const IntervalStyle ratio{.min_decimals = 2};
   std::string text = fmt::format("{:<18}{:<12}{:<34}{:<12}{:<10}{}\n", "compared", "good",
                                  "scatter about the mean", "mean step", "stated", "by the first");
   for (const tap::SeriesScatter& one : series) {

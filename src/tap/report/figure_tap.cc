@@ -25,7 +25,7 @@ constexpr double kBreakPx = 310;
 constexpr double kResidualPx = 170;
 constexpr double kApartPx = 12;  // from a plot to the title below it
 /// Maximum number of dots: more only blacken the page.
-constexpr std::size_t kMostDots = 4000;
+constexpr std::size_t kMaxDots = 4000;
 
 /// Samples of the pull-back's cruise in the fit.
 struct BreakSamples {
@@ -36,7 +36,7 @@ struct BreakSamples {
   double tare_g = 0;  ///< already taken off the forces
 };
 
-std::size_t StrideFor(std::size_t count) { return 1 + count / kMostDots; }
+std::size_t StrideFor(std::size_t count) { return 1 + count / kMaxDots; }
 
 double Fitted(const FittedForce& force, double z_mm) {
   double value = force.baseline_g + force.baseline_slope_g_mm * (z_mm - force.break_z_mm);
@@ -282,7 +282,7 @@ void DrawResiduals(Canvas& canvas, const RectPx& outer, const PlottedTap& tap,
 
 std::string Answer(const char* name, const TapAnalysis& analysis) {
   if (!Good(analysis)) {
-    return fmt::format("{}: {}", name, VerdictWords(analysis.verdict));
+    return fmt::format("{}: {}", name, VerdictText(analysis.verdict));
   }
   return fmt::format("{}: {}", name, WithInterval(analysis.contact_mm, kMillimetres));
 }

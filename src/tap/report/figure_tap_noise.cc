@@ -12,7 +12,7 @@ namespace {
 
 Canvas Draw(const tap::NoiseSpectrum& spectrum, double width_px) {
   constexpr double kHeightPx = 360;
-  constexpr std::size_t kMostLabels = 6;
+  constexpr std::size_t kMaxLabels = 6;
   std::vector<DataPoint> curve;
   std::vector<DataPoint> limit;
   for (std::size_t i = 0; i < spectrum.frequency_hz.size(); ++i) {
@@ -36,7 +36,7 @@ Canvas Draw(const tap::NoiseSpectrum& spectrum, double width_px) {
             {"amplitude (gf)", amplitude}, "Noise while nothing touches");
   plot.Line(limit, {.color = kMuted, .width_px = 1, .dash_px = {5, 4}});
   plot.Line(curve, {.color = kBlue, .width_px = 1.5});
-  for (std::size_t i = 0; i < std::min(kMostLabels, spectrum.lines.size()); ++i) {
+  for (std::size_t i = 0; i < std::min(kMaxLabels, spectrum.lines.size()); ++i) {
     const tap::NoiseLine& line = spectrum.lines[i];
     plot.Dot({line.frequency_hz, line.amplitude_g}, 4, kPaper, Stroke{.color = kVermilion});
     const bool left = line.frequency_hz > 0.7 * frequency.hi;

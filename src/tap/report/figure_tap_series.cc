@@ -237,15 +237,15 @@ std::string HeightText(double height_um) { return fmt::format("{:+.1f}", height_
 /// Returns the text size at which all heights fit into tiles of this width; 0 if it would be too
 /// small.
 double HeightTextPx(const Canvas& canvas, const std::vector<double>& heights_um, double tile_px) {
-  constexpr double kMostPx = 12;
-  constexpr double kLeastPx = 7;
-  double size_px = kMostPx;
+  constexpr double kMaxPx = 12;
+  constexpr double kMinPx = 7;
+  double size_px = kMaxPx;
   for (const double height_um : heights_um) {
-    const TextStyle style{.size_px = kMostPx};
+    const TextStyle style{.size_px = kMaxPx};
     size_px = std::min(
         size_px, Fitted(canvas, HeightText(height_um), style, std::max(1.0, tile_px - 4)).size_px);
   }
-  return size_px >= kLeastPx ? size_px : 0;
+  return size_px >= kMinPx ? size_px : 0;
 }
 
 /// @param text_px  0: no text

@@ -15,7 +15,7 @@ namespace trammel::report {
 namespace {
 
 /// Maximum number of pictures: more only lengthen the page; the table has all taps.
-constexpr std::size_t kMostTaps = 12;
+constexpr std::size_t kMaxTaps = 12;
 
 std::string Quiet(std::string_view text) {
   return fmt::format("<p class=\"quiet\">{}</p>\n", EscapeHtml(text));
@@ -79,7 +79,7 @@ std::string HeadOfMany(const TapReportInput& input) {
 }
 
 std::string HeightCell(const tap::TapAnalysis& analysis) {
-  if (analysis.verdict != Verdict::kGood) return VerdictWords(analysis.verdict);
+  if (analysis.verdict != Verdict::kGood) return VerdictText(analysis.verdict);
   return ValueCell(
       ValueText(analysis.contact_mm.value, analysis.contact_mm.interval95, kMillimetres),
       IntervalText(analysis.contact_mm.interval95, kMillimetres));
@@ -100,11 +100,11 @@ std::string TableOf(std::span<const PlottedTap> taps) {
 
 }  // namespace
 
-std::vector<Figure> TapFigures(const TapReportInput& input, std::size_t most_taps) {
+std::vector<Figure> TapFigures(const TapReportInput& input, std::size_t max_taps) {
   std::vector<Figure> figures;
   if (auto figure = SeriesFigure(input.taps, input.ensemble)) figures.push_back(std::move(*figure));
   if (auto figure = MeshFigure(input.ensemble)) figures.push_back(std::move(*figure));
-  for (std::size_t i = 0; i < std::min(input.taps.size(), most_taps); ++i) {
+  for (std::size_t i = 0; i < std::min(input.taps.size(), max_taps); ++i) {
     figures.push_back(TapFigure(input.taps[i]));
     // The first one's caption explains them all.
     if (i > 0) figures.back().caption = input.taps[i].recording.name + ", drawn as the first tap.";
@@ -122,9 +122,9 @@ std::string TapReport(const TapReportInput& input) {
   } else {
     page += HeadOfMany(input);
   }
-  for (const Figure& figure : TapFigures(input, kMostTaps)) page += Card("", FigureHtml(figure));
-  if (input.taps.size() > kMostTaps) {
-    page += fmt::format("<p class=\"quiet\">The first {} taps are drawn.</p>\n", kMostTaps);
+  for (const Figure& figure : TapFigures(input, kMaxTaps)) page += Card("", FigureHtml(figure));
+  if (input.taps.size() > kMaxTaps) {
+    page += fmt::format("<p class=\"quiet\">The first {} taps are drawn.</p>\n", kMaxTaps);
   }
   page +=
       Card("How to tap better", "<pre style=\"white-space:pre-wrap\">" +

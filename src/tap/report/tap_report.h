@@ -18,7 +18,7 @@ struct TapReportInput {
 };
 
 /// Draws, in the page's order: series, mesh, the single taps, at most `most_taps` of them, noise.
-[[nodiscard]] std::vector<Figure> TapFigures(const TapReportInput& input, std::size_t most_taps);
+[[nodiscard]] std::vector<Figure> TapFigures(const TapReportInput& input, std::size_t max_taps);
 
 /// Returns a self-contained page: nothing is loaded from elsewhere. Text from outside may have any
 /// bytes.

@@ -29,7 +29,7 @@ void AddTrend(std::vector<EnsembleRow>& rows, const char* name,
   if (!trend) return;
   const IntervalStyle style{.unit = fmt::format("µm per {}", per),
                             .scale = factor * kUmPerMm,
-                            .least_decimals = 1,
+                            .min_decimals = 1,
                             .signs = true};
   rows.push_back({name, fmt::format("{}, {}", WithInterval(trend->slope, style),
                                     trend->significant ? "significant" : "not significant")});
@@ -65,7 +65,7 @@ std::string TapText(const AnalysedTap& tap) {
   }
   text += fmt::format("method            {}\n", tap::ToString(analysis.method));
   text += Notices(tap, "notice            ");
-  text += fmt::format("verdict           {}\n", VerdictWords(analysis.verdict));
+  text += fmt::format("verdict           {}\n", VerdictText(analysis.verdict));
   if (!good) text += fmt::format("because           {}\n", tap::Explain(analysis.reason));
   return text;
 }
@@ -78,8 +78,8 @@ std::string TapLine(const AnalysedTap& tap) {
     return fmt::format("{:>42}   quality {}   {}\n{}", ContactText(analysis), quality,
                        tap.recording.name, Notices(tap, "    notice: "));
   }
-  return fmt::format("{:>42}   quality {}   {}\n    because: {}\n{}",
-                     VerdictWords(analysis.verdict), quality, tap.recording.name,
+  return fmt::format("{:>42}   quality {}   {}\n    because: {}\n{}", VerdictText(analysis.verdict),
+                     quality, tap.recording.name,
                      tap.unread.empty() ? tap::Explain(analysis.reason) : tap.unread,
                      Notices(tap, "    notice: "));
 }

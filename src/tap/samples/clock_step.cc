@@ -10,11 +10,10 @@
 namespace trammel::tap {
 namespace {
 
-constexpr float kOff = 0.15F;  // deviation from the grid, in periods
-constexpr std::size_t kMostIrregular =
-    3;                                   // distances: more are no steps, but a clock that scatters
-constexpr std::size_t kLeastBeside = 4;  // samples on either side of a step
-constexpr std::size_t kMostBeside = 12;
+constexpr float kOff = 0.15F;             // deviation from the grid, in periods
+constexpr std::size_t kMaxIrregular = 3;  // distances: more are no steps, but a clock that scatters
+constexpr std::size_t kMinBeside = 4;     // samples on either side of a step
+constexpr std::size_t kMaxBeside = 12;
 
 // Computes the distance in periods, beyond whole periods.
 float OffGrid(float distance, float period_s) {
@@ -29,7 +28,7 @@ double MeanOff(std::span<const float> time_s, std::size_t from, int way, double 
   std::size_t count = 1;
   std::size_t at = from;
   const std::size_t last = way > 0 ? time_s.size() - 1 : 0;
-  while (at != last && count < kMostBeside) {
+  while (at != last && count < kMaxBeside) {
     const std::size_t next = way > 0 ? at + 1 : at - 1;
     const float distance = std::abs(time_s[next] - time_s[at]);
     at = next;
@@ -43,7 +42,7 @@ double MeanOff(std::span<const float> time_s, std::size_t from, int way, double 
     sum += off_s - period_s * std::nearbyint(off_s / period_s);
     ++count;
   }
-  return count < kLeastBeside ? std::nan("") : sum / static_cast<double>(count);
+  return count < kMinBeside ? std::nan("") : sum / static_cast<double>(count);
 }
 
 }  // namespace
@@ -59,7 +58,7 @@ ClockSteps TakeOutClockSteps(std::span<float> time_s, double period_s) {
   if (CountPairs(time_s, [=](float a, float b) { return (b - a < least) | (b - a > most); }) == 0) {
     return steps;
   }
-  std::array<std::size_t, kMostIrregular> irregular{};
+  std::array<std::size_t, kMaxIrregular> irregular{};
   std::size_t count = 0;
   for (std::size_t i = 1; i < time_s.size(); ++i) {
     const float distance = time_s[i] - time_s[i - 1];

@@ -33,7 +33,7 @@ constexpr double kFalseAlarm = 1e-4;
 // If every other value equals the one before, steps of the converter hide the noise.
 constexpr double kTiesOfCoarseSteps = 0.5;
 constexpr double kTiesOfFineSteps = 0.1;
-constexpr std::size_t kLeastSaturated = 6;
+constexpr std::size_t kMinSaturated = 6;
 
 Stretch Clip(const TapView& tap, const TapMotion& motion) {
   const double width_s = motion.pull_back_end_s - motion.pull_back_start_s;
@@ -57,7 +57,7 @@ Stretch CruiseOf(std::span<const float> time_s, const TapMotion& motion) {
 // neighbours are then equal more often than step and noise explain. If steps are coarse compared
 // with the changes there, equal neighbours prove nothing.
 bool AreHeld(std::span<const float> time_s, std::span<const float> force_g) {
-  constexpr std::size_t kLeastTies = 2;
+  constexpr std::size_t kMinTies = 2;
   constexpr double kFewTies = 0.05;
   constexpr double kCoarse = 0.3;  // the step, of the median change
   // Probability of a tie for fine steps: the density of changes at 0, at most 0.27 over their
@@ -66,7 +66,7 @@ bool AreHeld(std::span<const float> time_s, std::span<const float> force_g) {
   if (force_g.size() < 2) {
     return false;
   }
-  if (CountPairs(force_g, [](float a, float b) { return a == b; }) < kLeastTies) {
+  if (CountPairs(force_g, [](float a, float b) { return a == b; }) < kMinTies) {
     return false;
   }
   // Equal values at an extreme come from the converter's range.
@@ -85,7 +85,7 @@ bool AreHeld(std::span<const float> time_s, std::span<const float> force_g) {
       ties += extreme || !(time_s[i] > time_s[i - 1]) ? 0 : 1;
     }
   }
-  if (ties < kLeastTies) {
+  if (ties < kMinTies) {
     return false;
   }
   if (count == 0) {
@@ -190,7 +190,7 @@ void FindSaturation(std::span<const float> force_g, Stretch cruise, CleanTap& cl
     // A saturated converter repeats its extreme; noise reaches it here and there.
     const std::size_t in_row =
         CountPairs(force_g, [extreme](float a, float b) { return a == extreme && b == extreme; });
-    if (lowest < highest && count >= kLeastSaturated && 3 * in_row > count &&
+    if (lowest < highest && count >= kMinSaturated && 3 * in_row > count &&
         count > clean.saturated) {
       clean.saturated = count;
       clean.saturated_in_cruise = static_cast<std::size_t>(
@@ -204,7 +204,7 @@ void FindSaturation(std::span<const float> force_g, Stretch cruise, CleanTap& cl
 // makes such a run of equal neighbours once in 1 / kFalseAlarm taps.
 void FindTies(std::span<const float> force_g, Stretch cruise, CleanTap& clean) {
   const std::size_t ties = CountPairs(force_g, [](float a, float b) { return a == b; });
-  if (ties + 1 < kLeastSaturated / 2) {
+  if (ties + 1 < kMinSaturated / 2) {
     return;
   }
   const Run run = LongestRun(force_g);
@@ -229,8 +229,8 @@ void FindTies(std::span<const float> force_g, Stretch cruise, CleanTap& clean) {
 void MarkSpikes(std::span<float> force_g, double moving_g, Stretch collision, Stretch cruise,
                 CleanTap& clean) {
   const double press_g = std::abs(clean.dwell_g - clean.departure_g);
-  const double least_g = kSpikeOfPress * (press_g > 0 ? press_g : 0);
-  const auto limit = static_cast<float>(std::max(kSpikeDeviations * clean.noise_g, least_g));
+  const double min_g = kSpikeOfPress * (press_g > 0 ? press_g : 0);
+  const auto limit = static_cast<float>(std::max(kSpikeDeviations * clean.noise_g, min_g));
   const auto moving_limit = std::max(limit, static_cast<float>(kSpikeDeviations * moving_g));
   const std::size_t jumps =
       CountPairs(force_g, [limit](float a, float b) { return std::abs(b - a) > limit; });

@@ -12,10 +12,10 @@ namespace {
 
 constexpr std::array<double, 4> kLines_hz = {50, 60, 100, 120};
 constexpr double kFalseAlarm = 1e-4;
-constexpr double kLeastOfNoise = 0.5;
+constexpr double kMinOfNoise = 0.5;
 // Minimum number of periods on the flat part: fewer are not distinguishable from a slope or from
 // each other.
-constexpr double kLeastPeriods = 3;
+constexpr double kMinPeriods = 3;
 
 double Fold(double frequency_hz, double rate_hz) {
   const double folded = std::fmod(frequency_hz, rate_hz);
@@ -63,9 +63,9 @@ Hum FindHum(const Samples& samples, std::size_t first, std::size_t end, const Li
     const double rest_g2 = std::max(power.noise_g2 - amplitude * amplitude / 2, 0.0);
     // Not distinguishable from a slope, or from a sign that flips with every sample.
     const double from_end_hz = std::min(seen_hz, 0.5 / period_s - seen_hz);
-    if (from_end_hz * n * period_s < kLeastPeriods || amplitude <= hum.amplitude_g ||
+    if (from_end_hz * n * period_s < kMinPeriods || amplitude <= hum.amplitude_g ||
         amplitude * amplitude * n <= 4 * threshold * rest_g2 ||
-        amplitude * amplitude <= kLeastOfNoise * kLeastOfNoise * rest_g2) {
+        amplitude * amplitude <= kMinOfNoise * kMinOfNoise * rest_g2) {
       continue;
     }
     hum = {kLines_hz[k], seen_hz, amplitude};

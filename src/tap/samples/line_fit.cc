@@ -42,7 +42,7 @@ Sums Total(const Samples& samples, std::size_t first, std::size_t end, const Fra
 
 // Minimum spread: below the difference of any two times in single precision. Repeated times have no
 // spread, a cross sum of rounding only, and so a level without slope.
-constexpr double kLeastSpread_s2 = 1e-18;
+constexpr double kMinSpread_s2 = 1e-18;
 
 struct Whole {
   double n, tt, tf;
@@ -58,8 +58,8 @@ double Explained(const Sums& left, const Whole& whole) {
   const double ff = left.f * left.f;
   const double left_cross = n * left.tf - tf;
   const double right_cross = m * (whole.tf - left.tf) - tf;
-  const double a = std::max(n * left.tt - tt, kLeastSpread_s2);
-  const double b = std::max(m * (whole.tt - left.tt) - tt, kLeastSpread_s2);
+  const double a = std::max(n * left.tt - tt, kMinSpread_s2);
+  const double b = std::max(m * (whole.tt - left.tt) - tt, kMinSpread_s2);
   const double na = n * a;
   const double mb = m * b;
   return (left_cross * left_cross * mb + right_cross * right_cross * na + ff * whole.n * (a * b)) /

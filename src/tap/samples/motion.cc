@@ -11,10 +11,10 @@ namespace trammel::tap {
 namespace {
 
 // Limits of any printer's moves; they keep arithmetic on hostile numbers finite.
-constexpr double kMostTime_s = 1e9;
-constexpr double kMostLength_mm = 1e5;
-constexpr double kMostSpeed_mm_s = 1e5;
-constexpr double kMostAcceleration_mm_s2 = 1e8;
+constexpr double kMaxTime_s = 1e9;
+constexpr double kMaxLength_mm = 1e5;
+constexpr double kMaxSpeed_mm_s = 1e5;
+constexpr double kMaxAcceleration_mm_s2 = 1e8;
 // Minimum gap between separate movements: moves of a queue follow each other to the clock's tick.
 constexpr double kGap_s = 1e-3;
 // Largest change of a cruise's speed: rounding in a file, not an acceleration.
@@ -22,10 +22,10 @@ constexpr double kCruiseSpeedChange = 0.01;
 
 bool IsSane(const Move& move) {
   const double end_speed = move.start_velocity_mm_s + move.acceleration_mm_s2 * move.duration_s;
-  return std::abs(move.start_time_s) <= kMostTime_s && move.duration_s >= 0 &&
-         move.duration_s <= kMostTime_s && std::abs(move.start_velocity_mm_s) <= kMostSpeed_mm_s &&
-         std::abs(move.acceleration_mm_s2) <= kMostAcceleration_mm_s2 &&
-         std::abs(end_speed) <= kMostSpeed_mm_s && std::abs(move.start_z_mm) <= kMostLength_mm &&
+  return std::abs(move.start_time_s) <= kMaxTime_s && move.duration_s >= 0 &&
+         move.duration_s <= kMaxTime_s && std::abs(move.start_velocity_mm_s) <= kMaxSpeed_mm_s &&
+         std::abs(move.acceleration_mm_s2) <= kMaxAcceleration_mm_s2 &&
+         std::abs(end_speed) <= kMaxSpeed_mm_s && std::abs(move.start_z_mm) <= kMaxLength_mm &&
          std::abs(move.z_direction) <= 1.0001;
 }
 
@@ -154,10 +154,10 @@ namespace {
 
 // Minimum number of samples. The simplest model of a break has four unknowns: its place, two of the
 // baseline, one of the press; one more sample determines the noise.
-constexpr std::size_t kLeastSamples = 5;
+constexpr std::size_t kMinSamples = 5;
 // Largest part of the pull-back's cruise before or after the samples.
-constexpr double kMostOutside = 0.5;
-constexpr double kMostForce_g = 1e12;  // counts of a 32-bit converter, not yet scaled, lie below
+constexpr double kMaxOutside = 0.5;
+constexpr double kMaxForce_g = 1e12;  // counts of a 32-bit converter, not yet scaled, lie below
 
 Finding CheckSamples(const TapView& tap) {
   std::size_t not_finite = 0;
@@ -165,7 +165,7 @@ Finding CheckSamples(const TapView& tap) {
   for (std::size_t i = 0; i < tap.time_s.size(); ++i) {
     // Negated so that NaN counts.
     const bool finite =
-        std::abs(tap.time_s[i]) <= kMostTime_s && std::abs(tap.force_g[i]) <= kMostForce_g;
+        std::abs(tap.time_s[i]) <= kMaxTime_s && std::abs(tap.force_g[i]) <= kMaxForce_g;
     not_finite += finite ? 0 : 1;
     unsorted += i > 0 && tap.time_s[i] < tap.time_s[i - 1] ? 1 : 0;
   }
@@ -182,17 +182,17 @@ Finding CheckSamples(const TapView& tap) {
 
 Finding CheckInput(const TapView& tap, TapMotion& motion) {
   const std::size_t n = std::min(tap.time_s.size(), tap.force_g.size());
-  if (n < kLeastSamples || tap.time_s.size() != tap.force_g.size()) {
-    return {FindingCode::kNoSamples, static_cast<double>(n), kLeastSamples};
+  if (n < kMinSamples || tap.time_s.size() != tap.force_g.size()) {
+    return {FindingCode::kNoSamples, static_cast<double>(n), kMinSamples};
   }
-  if (n > kMostSamples) {
-    return {FindingCode::kTooManySamples, static_cast<double>(n), kMostSamples};
+  if (n > kMaxSamples) {
+    return {FindingCode::kTooManySamples, static_cast<double>(n), kMaxSamples};
   }
   if (const Finding found = CheckSamples(tap); found.code != FindingCode::kNone) {
     return found;
   }
-  if (tap.moves.size() > kMostMoves) {
-    return {FindingCode::kAbsurdMoves, static_cast<double>(tap.moves.size()), kMostMoves};
+  if (tap.moves.size() > kMaxMoves) {
+    return {FindingCode::kAbsurdMoves, static_cast<double>(tap.moves.size()), kMaxMoves};
   }
   if (const Finding found = FindMotion(tap.moves, motion); found.code != FindingCode::kNone) {
     return found;
@@ -201,8 +201,8 @@ Finding CheckInput(const TapView& tap, TapMotion& motion) {
   const double covered_s = std::min(tap.time_s.back(), motion.cruise_end_s) -
                            std::max(tap.time_s.front(), motion.cruise_start_s);
   const double outside_s = cruise_s - std::max(0.0, covered_s);
-  if (outside_s > kMostOutside * cruise_s) {
-    return {FindingCode::kMovesOutside, outside_s, kMostOutside * cruise_s};
+  if (outside_s > kMaxOutside * cruise_s) {
+    return {FindingCode::kMovesOutside, outside_s, kMaxOutside * cruise_s};
   }
   return {};
 }

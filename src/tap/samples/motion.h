@@ -46,9 +46,9 @@ struct TapMotion {
 [[nodiscard]] Finding FindMotion(std::span<const Move> moves, TapMotion& motion);
 
 /// Maximum number of samples of a tap: eight minutes at 2000 samples/s.
-inline constexpr std::size_t kMostSamples = 1'000'000;
+inline constexpr std::size_t kMaxSamples = 1'000'000;
 /// Most moves: a queue of a few taps.
-inline constexpr std::size_t kMostMoves = 1000;
+inline constexpr std::size_t kMaxMoves = 1000;
 
 /// Checks sizes, times, numbers and moves, and derives the motion.
 /// @returns code kNone if a method may continue. Repeated times pass: methods must accept them, and

@@ -17,10 +17,10 @@ namespace trammel::tap {
 namespace {
 
 constexpr std::size_t kFrequencies = 512;
-constexpr std::size_t kLeastSamples = 32;
-constexpr std::size_t kMostSpectrumSamples = 1024;
-constexpr std::size_t kMostStretches = 200;
-constexpr std::size_t kMostLines = 12;
+constexpr std::size_t kMinSamples = 32;
+constexpr std::size_t kMaxSpectrumSamples = 1024;
+constexpr std::size_t kMaxStretches = 200;
+constexpr std::size_t kMaxLines = 12;
 /// Resolution of a Hann window, in bins of 1 / duration: it does not separate nearer lines.
 constexpr double kHannResolution = 2;
 
@@ -35,14 +35,14 @@ struct Stretch {
 void Collect(const TapView& tap, double from_s, double to_s, std::vector<Stretch>& stretches) {
   Stretch stretch;
   const std::size_t count = std::min(tap.time_s.size(), tap.force_g.size());
-  for (std::size_t i = 0; i < count && stretch.time_s.size() < kMostSpectrumSamples; ++i) {
+  for (std::size_t i = 0; i < count && stretch.time_s.size() < kMaxSpectrumSamples; ++i) {
     const double time = tap.time_s[i];
     if (!(time >= from_s && time <= to_s) || !std::isfinite(tap.force_g[i])) continue;
     if (!stretch.time_s.empty() && time <= stretch.time_s.back()) continue;
     stretch.time_s.push_back(time);
     stretch.force_g.push_back(tap.force_g[i]);
   }
-  if (stretch.time_s.size() >= kLeastSamples && stretches.size() < kMostStretches) {
+  if (stretch.time_s.size() >= kMinSamples && stretches.size() < kMaxStretches) {
     stretches.push_back(std::move(stretch));
   }
 }
@@ -120,7 +120,7 @@ double RareOverMedian(double count, double deviations) {
 struct Source {
   NoiseSource source;
   double fundamental_hz;
-  int most_harmonics;
+  int max_harmonics;
 };
 constexpr Source kSources[] = {{NoiseSource::kMains50Hz, 50, 10},
                                {NoiseSource::kMains60Hz, 60, 10},
@@ -153,7 +153,7 @@ void NameLine(NoiseLine& line, const NoiseSpectrum& spectrum) {
     const bool second =
         source.source != NoiseSource::kHeater10Hz && HasLine(spectrum, 2 * source.fundamental_hz);
     if (!first && !second) continue;
-    for (int harmonic = 1; harmonic <= source.most_harmonics; ++harmonic) {
+    for (int harmonic = 1; harmonic <= source.max_harmonics; ++harmonic) {
       const double true_hz = harmonic * source.fundamental_hz;
       const int rank = harmonic + (first ? 0 : kWithoutFundamental);
       if (rank >= best || !Fits(line, true_hz, spectrum)) continue;
@@ -190,7 +190,7 @@ void FindLines(NoiseSpectrum& spectrum) {
       return away < spectrum.resolution_hz || (away < 5 * spectrum.resolution_hz &&
                                                line.amplitude_g < kSideLobe * other.amplitude_g);
     });
-    if (!shadow && kept.size() < kMostLines) kept.push_back(line);
+    if (!shadow && kept.size() < kMaxLines) kept.push_back(line);
   }
   spectrum.lines = std::move(kept);
   for (NoiseLine& line : spectrum.lines) NameLine(line, spectrum);

@@ -14,7 +14,7 @@ namespace {
 constexpr double kMedianOfNormal = 0.6745;
 // Minimum power of a line over that of white noise, which is exponential with mean 1. Six lines are
 // tested, and only if the residuals are not white: one false line in 30,000 taps.
-constexpr double kLeastLinePower = 12;
+constexpr double kMinLinePower = 12;
 
 struct Line {
   double cosine = 0;
@@ -81,8 +81,8 @@ double BoxPierce(const OfLags& sum, std::size_t n) {
 }  // namespace
 
 bool ResidualTraits::White() const {
-  constexpr double kMostExcess = 3.5;  // standard deviations
-  return portmanteau < kPortmanteauLimit && press_excess < kMostExcess;
+  constexpr double kMaxSurplus = 3.5;  // standard deviations
+  return portmanteau < kPortmanteauLimit && press_surplus < kMaxSurplus;
 }
 
 double ResidualTraits::Inflation() const {
@@ -95,8 +95,8 @@ double ResidualTraits::Inflation() const {
 ResidualTraits Examine(std::span<const double> r, std::size_t below, std::span<double> scratch) {
   ResidualTraits traits;
   const std::size_t n = r.size();
-  constexpr std::size_t kLeastInPress = 5;
-  if (n <= kLags || below < kLeastInPress || below + kLeastInPress > n) {
+  constexpr std::size_t kMinInPress = 5;
+  if (n <= kLags || below < kMinInPress || below + kMinInPress > n) {
     return traits;
   }
   OfLags press{};
@@ -106,14 +106,14 @@ ResidualTraits Examine(std::span<const double> r, std::size_t below, std::span<d
   for (const double value : r) {
     traits.largest = std::max(traits.largest, std::abs(value));
   }
-  constexpr double kLeastOfRms = 0.75;
+  constexpr double kMinOfRms = 0.75;
   const double rms = std::sqrt(all[0] / static_cast<double>(n));
-  traits.robust_deviation = kLeastOfRms * rms;
+  traits.robust_deviation = kMinOfRms * rms;
   constexpr double kOfInterest = 3;  // no median is asked for where nothing lies far off
   if (traits.largest > kOfInterest * rms) {
     std::transform(r.begin(), r.end(), scratch.begin(), [](double v) { return std::abs(v); });
     const double median = UpperMedian(scratch.first(n));
-    traits.robust_deviation = std::max(median / kMedianOfNormal, kLeastOfRms * rms);
+    traits.robust_deviation = std::max(median / kMedianOfNormal, kMinOfRms * rms);
   }
   const double beyond = all[0] - press[0];
   if (!(press[0] > 0) || !(beyond > 0)) {
@@ -124,7 +124,7 @@ ResidualTraits Examine(std::span<const double> r, std::size_t below, std::span<d
   const double n_press = static_cast<double>(below) - kPressUnknowns;
   const double n_beyond = static_cast<double>(n - below) - kBaselineUnknowns;
   traits.press_ratio = press[0] / n_press * (n_press + n_beyond) / all[0];
-  traits.press_excess =
+  traits.press_surplus =
       std::log(press[0] / n_press * n_beyond / beyond) / std::sqrt(2 / n_press + 2 / n_beyond);
   traits.portmanteau = BoxPierce(all, n);
   traits.correlation = SumCorrelation(all, n);
@@ -150,7 +150,7 @@ std::size_t WeighOutliers(std::span<const double> r, double deviation, std::span
 
 MainsHum FindMainsHum(std::span<const double> time_s, std::span<const double> r, double deviation) {
   MainsHum hum;
-  double best = kLeastLinePower;
+  double best = kMinLinePower;
   for (const double frequency_hz : {50.0, 60.0}) {
     const Lines lines = Project(time_s, r, frequency_hz, MainsHum::kLines);
     const double unit = static_cast<double>(r.size()) / (4 * deviation * deviation);
@@ -164,7 +164,7 @@ MainsHum FindMainsHum(std::span<const double> time_s, std::span<const double> r,
       hum.frequency_hz = frequency_hz;
       hum.amplitude_g = std::sqrt(strongest / unit);
       for (std::size_t k = 0; k < power.size(); ++k) {
-        hum.present[k] = power[k] > kLeastLinePower;
+        hum.present[k] = power[k] > kMinLinePower;
       }
     }
   }

@@ -21,7 +21,7 @@ struct ResidualTraits {
   double press_ratio = 1;
   /// ln of the ratio of the variance in the press to that beyond the break, in its standard
   /// deviations for equal noise.
-  double press_excess = 0;
+  double press_surplus = 0;
   /// Variance factor of means by correlation in the press, >= 1. Estimate: 1 + 2 sum of rho_k over
   /// the first significant lags (Bartlett 1946; Geyer 1992, section 3.3).
   double press_correlation = 1;

@@ -6,20 +6,20 @@
 namespace trammel::tap {
 namespace {
 
-constexpr std::size_t kLeastOfLine = 2;
-constexpr std::size_t kLeastOfHalf = 3;  // so that a half has a residual
-constexpr double kBreakWidths = 1.5;     // pull-back widths from its cruise's start: as published
+constexpr std::size_t kMinOfLine = 2;
+constexpr std::size_t kMinOfHalf = 3;  // so that a half has a residual
+constexpr double kBreakWidths = 1.5;   // pull-back widths from its cruise's start: as published
 
 void FindCollision(const Samples& samples, double halt_s, double width_s, TapLines& lines) {
   lines.approach_first = IndexAt(samples.time_s, halt_s - width_s);
   const std::size_t halt = IndexAt(samples.time_s, halt_s);
-  lines.collision = FindElbow(samples, lines.approach_first, halt, kLeastOfLine);
+  lines.collision = FindElbow(samples, lines.approach_first, halt, kMinOfLine);
   if (lines.collision >= halt) {
     return;
   }
   const std::size_t end =
       std::min(lines.pull_back, IndexAt(samples.time_s, samples.time_s[lines.collision] + width_s));
-  lines.dwell_first = FindElbow(samples, lines.collision, end, kLeastOfLine);
+  lines.dwell_first = FindElbow(samples, lines.collision, end, kMinOfLine);
   if (lines.dwell_first >= end) {
     return;
   }
@@ -44,14 +44,14 @@ void SplitDecompression(const Samples& samples, TapLines& lines) {
   lines.split_at = lines.decompression_first + upper;
   const double noise_g = lines.departure.Noise();
   lines.split_reach = noise_g > 0 ? 0.5 * (*highest - *lowest) / noise_g : kSplitNoise;
-  lines.is_split = lines.split_reach >= kSplitNoise && upper >= kLeastOfHalf &&
-                   forces.size() - upper >= kLeastOfHalf;
+  lines.is_split = lines.split_reach >= kSplitNoise && upper >= kMinOfHalf &&
+                   forces.size() - upper >= kMinOfHalf;
 }
 
 void FindBreak(const Samples& samples, double cruise_s, double width_s, TapLines& lines) {
   lines.decompression_first = IndexAt(samples.time_s, cruise_s);
   lines.departure_end = IndexAt(samples.time_s, cruise_s + kBreakWidths * width_s);
-  lines.break_at = FindElbow(samples, lines.decompression_first, lines.departure_end, kLeastOfLine);
+  lines.break_at = FindElbow(samples, lines.decompression_first, lines.departure_end, kMinOfLine);
   if (lines.break_at >= lines.departure_end) {
     return;
   }

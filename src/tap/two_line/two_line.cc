@@ -9,22 +9,21 @@
 namespace trammel::tap {
 namespace {
 
-constexpr std::size_t kLeastMoves = 5;
-constexpr std::size_t kMostProbingMoves = 6;  // including the approach's acceleration
-constexpr std::size_t kLeastApproach = 4;
-constexpr std::size_t kLeastDecompression = 3;
+constexpr std::size_t kMinMoves = 5;
+constexpr std::size_t kMaxProbingMoves = 6;  // including the approach's acceleration
+constexpr std::size_t kMinApproach = 4;
+constexpr std::size_t kMinDecompression = 3;
 constexpr double kLatestBreak = 0.75;       // of the pull-back
 constexpr double kTimeResolution_s = 1e-7;  // resolution of 0.5 s in single precision
 
 Finding CheckMoves(std::span<const Move> moves) {
-  if (moves.size() < kLeastMoves) {
-    return {FindingCode::kTooFewProbingMoves, static_cast<double>(moves.size()), kLeastMoves};
+  if (moves.size() < kMinMoves) {
+    return {FindingCode::kTooFewProbingMoves, static_cast<double>(moves.size()), kMinMoves};
   }
-  if (moves.size() > kMostProbingMoves) {
-    return {FindingCode::kTooManyProbingMoves, static_cast<double>(moves.size()),
-            kMostProbingMoves};
+  if (moves.size() > kMaxProbingMoves) {
+    return {FindingCode::kTooManyProbingMoves, static_cast<double>(moves.size()), kMaxProbingMoves};
   }
-  const double acceleration = moves[moves.size() - kLeastMoves].acceleration_mm_s2;
+  const double acceleration = moves[moves.size() - kMinMoves].acceleration_mm_s2;
   if (acceleration != 0) {
     return {FindingCode::kCoastingMoveAcceleration, std::abs(acceleration), 0};
   }
@@ -35,13 +34,13 @@ Finding CheckLines(const TapLines& lines) {
   if (!lines.has_collision) {
     return {FindingCode::kApproachUnknown,
             static_cast<double>(lines.collision - std::min(lines.collision, lines.approach_first)),
-            kLeastApproach};
+            kMinApproach};
   }
   const std::size_t in_decompression =
       lines.has_break ? lines.decompression.count : lines.break_at - lines.decompression_first;
-  if (!lines.has_break || in_decompression < kLeastDecompression) {
+  if (!lines.has_break || in_decompression < kMinDecompression) {
     return {FindingCode::kFewDecompressionSamples, static_cast<double>(in_decompression),
-            kLeastDecompression};
+            kMinDecompression};
   }
   const std::array<double, 4> times = {lines.touch.time_s, lines.press_end.time_s,
                                        lines.dwell_end.time_s, lines.let_go.time_s};

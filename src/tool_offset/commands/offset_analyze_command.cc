@@ -64,10 +64,10 @@ int Run(const AnalyzeArguments& arguments) {
   } else {
     std::fputs(report::OffsetText(analysis, report).c_str(), stdout);
     const std::string& result = arguments.output.result;
-    SayNext("next",
-            result.empty() ? "with --result FILE: trammel offset apply FILE"
-                           : fmt::format("trammel offset apply {}", ShellQuoted(result)),
-            13);
+    PrintWrapped("next",
+                 result.empty() ? "with --result FILE: trammel offset apply FILE"
+                                : fmt::format("trammel offset apply {}", ShellQuoted(result)),
+                 13);
   }
   if (!written) return PrintError(written.error());
   if (failed) return *failed;
@@ -102,7 +102,7 @@ void AddOffsetAnalyzeCommand(CLI::App& parent, int& exit_code) {
                    "1 sigma")
       ->check(NumberIn(0.0, 10.0))
       ->capture_default_str();
-  command->add_option("--most-megapixels", arguments->reading.most_megapixels, "of a page")
+  command->add_option("--most-megapixels", arguments->reading.max_megapixels, "of a page")
       ->check(NumberIn(1.0, 100000.0))
       ->capture_default_str();
   command->add_flag("--json", arguments->json, "one JSON object");

@@ -55,9 +55,9 @@ using Known = std::map<int, KeptOffset>;
 // Parses T:X,Y.
 Result<Known> ParseNow(const std::vector<std::string>& texts) {
   Known known;
-  constexpr int kMostTool = 99;
+  constexpr int kMaxTool = 99;
   for (const std::string& text : texts) {
-    const auto shift = TRY(ParseToolShift("--now", text, kMostTool));
+    const auto shift = TRY(ParseToolShift("--now", text, kMaxTool));
     known[shift.tool] = {shift.x_mm, shift.y_mm};
   }
   return known;
@@ -147,7 +147,7 @@ procedure::SetOffsetsOptions SettingOf(const OffsetApplyArguments& arguments,
   return options;
 }
 
-void SayHowLong(const OffsetApplyArguments& arguments) {
+void PrintHowLong(const OffsetApplyArguments& arguments) {
   if (arguments.brief) {
     fmt::print(
         "until Klipper restarts; SAVE_TOOL_PARAMETER of gcode_x_offset and gcode_y_offset, "
@@ -158,14 +158,14 @@ void SayHowLong(const OffsetApplyArguments& arguments) {
   fmt::print("history   {}\n", arguments.history);
 }
 
-void SayHowToUndo(const OffsetApplyArguments& arguments) {
+void PrintHowToUndo(const OffsetApplyArguments& arguments) {
   const auto usual = UsualOffsetHistory();
   const bool own = !usual || arguments.history != *usual;
-  SayNext("undo",
-          fmt::format("trammel offset apply --undo{}{}{}", arguments.save ? " --save" : "",
-                      own ? " --history " + ShellQuoted(arguments.history) : "",
-                      WordsForPrinter(arguments.printer)),
-          10);
+  PrintWrapped("undo",
+               fmt::format("trammel offset apply --undo{}{}{}", arguments.save ? " --save" : "",
+                           own ? " --history " + ShellQuoted(arguments.history) : "",
+                           PrinterOptionText(arguments.printer)),
+               10);
 }
 
 /// Shows the last application, and reverts it unless nothing is to be changed.
@@ -186,7 +186,7 @@ Result<void> Undo(const OffsetApplyArguments& arguments, const procedure::Sessio
         "notice    the printer's configuration still has what was undone: the next "
         "restart brings that back, unless offset apply --undo --save keeps this\n");
   }
-  SayHowLong(arguments);
+  PrintHowLong(arguments);
   return {};
 }
 
@@ -197,7 +197,7 @@ int RunUndo(OffsetApplyArguments arguments) {
   if (!config) return PrintError(config.error());
   const auto printer = Connect(config->scan, interrupt.token());
   if (!printer) return PrintError(printer.error());
-  const procedure::Session session{**printer, interrupt.token(), TellOnTerminal};
+  const procedure::Session session{**printer, interrupt.token(), ShowProgress};
   const auto state = files::StateFolder();
   if (!state) return PrintError(state.error());
   const auto turn = TakeTurn(session, config->scan, *state, "trammel offset apply");
@@ -254,7 +254,7 @@ int RunApply(OffsetApplyArguments arguments) {
     auto connected = Connect(config->scan, interrupt.token());
     if (!connected) return PrintError(connected.error());
     printer = std::move(*connected);
-    session.emplace(procedure::Session{*printer, interrupt.token(), TellOnTerminal});
+    session.emplace(procedure::Session{*printer, interrupt.token(), ShowProgress});
   }
   std::optional<files::FileLock> turn;  // held while offsets are read, recorded and set
   if (arguments.apply) {
@@ -297,17 +297,17 @@ int RunApply(OffsetApplyArguments arguments) {
       NoteApplied({measurement::Instrument::kToolOffset, file->result, address, {}});
     }
     if (!set) return PrintError(set.error());
-    SayHowLong(arguments);
-    if (!arguments.brief) SayHowToUndo(arguments);
+    PrintHowLong(arguments);
+    if (!arguments.brief) PrintHowToUndo(arguments);
     return kExitGood;
   }
   fmt::print("nothing was changed\n");
   if (firmware == OffsetFirmware::kKlipperTool && !arguments.brief) {
-    const std::string printer = WordsForPrinter(arguments.printer);
-    SayNext("next",
-            fmt::format("trammel offset apply {} --apply{}", ShellQuoted(arguments.file),
-                        printer.empty() ? " --printer HOST" : printer),
-            10);
+    const std::string printer = PrinterOptionText(arguments.printer);
+    PrintWrapped("next",
+                 fmt::format("trammel offset apply {} --apply{}", ShellQuoted(arguments.file),
+                             printer.empty() ? " --printer HOST" : printer),
+                 10);
   }
   return kExitGood;
 }

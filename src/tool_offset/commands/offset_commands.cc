@@ -64,11 +64,12 @@ Result<void> RunOffsetPattern(const OffsetPatternArguments& arguments) {
   fmt::print("G-code     {}\npreview    {} {}\n", paths[0].string(), paths[1].string(),
              paths[2].string());
   PrintSheetPlan(config.sheet, plan, gcode);
-  SayNext("next",
-          fmt::format("print it, scan the paper, then trammel offset analyze SCAN --pattern {} "
-                      "--result offsets.json",
-                      ShellQuoted(gcode_path.string())),
-          11);
+  PrintWrapped(
+      "next",
+      fmt::format("print it, scan the paper, then trammel offset analyze SCAN --pattern {} "
+                  "--result offsets.json",
+                  ShellQuoted(gcode_path.string())),
+      11);
   return {};
 }
 
@@ -102,7 +103,7 @@ struct ScanArguments {
   machine::ScanRequest request;
   std::vector<double> area_mm;
   std::vector<std::string> options;
-  double most_megapixels = 4000;
+  double max_megapixels = 4000;
 };
 
 int List() {
@@ -160,13 +161,14 @@ int Run(const ScanArguments& arguments) {
     shown = percent;
   };
   machine::PageReadOptions limits;
-  limits.most_pixels = static_cast<std::int64_t>(1e6 * arguments.most_megapixels);
+  limits.most_pixels = static_cast<std::int64_t>(1e6 * arguments.max_megapixels);
   const auto page = machine::ScanPage(*request, arguments.out, limits, progress, interrupt.token());
   if (!page) return PrintError(page.error());
   fmt::print("{}: {} x {} px, {}, {:g} dpi\n", arguments.out, page->width, page->height,
              page->channels == 1 ? "grey" : "colour", *page->dpi_x);
-  SayNext("next", fmt::format("trammel offset analyze {} --pattern GCODE --result offsets.json",
-                              ShellQuoted(arguments.out)));
+  PrintWrapped("next",
+               fmt::format("trammel offset analyze {} --pattern GCODE --result offsets.json",
+                           ShellQuoted(arguments.out)));
   return kExitGood;
 }
 
@@ -188,7 +190,7 @@ void AddOffsetScanCommand(CLI::App& parent, int& exit_code) {
       ->expected(4);
   command->add_option("--option", arguments->options,
                       "one of SANE's own options: NAME=VALUE; may be repeated");
-  command->add_option("--most-megapixels", arguments->most_megapixels, "of the page")
+  command->add_option("--most-megapixels", arguments->max_megapixels, "of the page")
       ->check(NumberIn(1.0, 100000.0))
       ->capture_default_str();
   command->callback([arguments, &exit_code] { exit_code = Run(*arguments); });

@@ -24,7 +24,7 @@
 namespace trammel::app {
 namespace {
 
-using service::AnswerInWords;
+using service::AnswerSummary;
 using service::Arguments;
 using service::Offer;
 using service::PrinterPlace;
@@ -142,10 +142,10 @@ double HalfWidth(const measurement::Answer& answer) {
 }
 
 /// Returns each tool's own line, and all in one.
-Result<AnswerInWords> AnswerIn(const std::string& folder) {
+Result<AnswerSummary> AnswerIn(const std::string& folder) {
   const auto measured = TRY(files::ReadOffsetFile(folder));
   const auto record = TRY(files::ReadStart(folder));
-  AnswerInWords answer;
+  AnswerSummary answer;
   std::string all;
   double half_mm = 0;
   for (const files::MeasuredOffset& tool : measured.good) {

@@ -41,8 +41,8 @@ using procedure::UploadedFile;
 // Endings of readable page files (machine/page/page_file.h).
 constexpr std::array<std::string_view, 6> kEndings = {".pdf",  ".png", ".jpg",
                                                       ".jpeg", ".tif", ".tiff"};
-constexpr std::size_t kMostBytes = std::size_t{128} << 20;  // A4 in colour, 600 dpi, not packed
-constexpr std::size_t kMostScans = 8;
+constexpr std::size_t kMaxBytes = std::size_t{128} << 20;  // A4 in colour, 600 dpi, not packed
+constexpr std::size_t kMaxScans = 8;
 constexpr std::int64_t kClocks_s = 10;  // between this computer and the printer's
 
 struct MeasureArguments {
@@ -164,7 +164,7 @@ Result<std::vector<UploadedFile>> FindUploads(const std::string& named, const Se
 Result<fs::path> MeasuredBefore(const fs::path& recordings, const std::string& ending,
                                 const std::string& bytes) {
   std::vector<std::string> names;
-  for (std::size_t i = 1; i <= kMostScans; ++i) names.push_back(ScanName(i, ending));
+  for (std::size_t i = 1; i <= kMaxScans; ++i) names.push_back(ScanName(i, ending));
   return FindKeptCopy(recordings, names, bytes);
 }
 
@@ -173,13 +173,13 @@ Result<std::vector<FetchedScan>> FetchScans(const MeasureArguments& arguments,
                                             const Session& session, const StartedSheet& sheet,
                                             const fs::path& recordings, FetchedFiles& fetched) {
   auto uploads = TRY(FindUploads(arguments.file, session, sheet));
-  if (uploads.size() > kMostScans) {
-    uploads.erase(uploads.begin(), uploads.end() - kMostScans);
+  if (uploads.size() > kMaxScans) {
+    uploads.erase(uploads.begin(), uploads.end() - kMaxScans);
   }
   std::vector<FetchedScan> scans;
   fs::path before;
   for (const UploadedFile& upload : uploads) {
-    const auto bytes = TRY(DownloadUpload(session, upload.name, kMostBytes));
+    const auto bytes = TRY(DownloadUpload(session, upload.name, kMaxBytes));
     const std::string ending = procedure::EndingAmong(kEndings, upload.name);
     if (arguments.file.empty()) {
       auto kept = TRY(MeasuredBefore(recordings, ending, bytes));
@@ -215,7 +215,7 @@ int RunMeasure(const MeasureArguments& arguments) {
   if (!config) return PrintError(config.error());
   const auto printer = Connect(config->scan, interrupt.token());
   if (!printer) return PrintError(printer.error());
-  const Session session{**printer, interrupt.token(), TellOnTerminal};
+  const Session session{**printer, interrupt.token(), ShowProgress};
   const auto folder = NewFolder::Make(arguments.out.empty()
                                           ? fs::path("recordings") /
                                                 RecordingName(measurement::Instrument::kToolOffset)
@@ -231,12 +231,12 @@ int RunMeasure(const MeasureArguments& arguments) {
   FetchedFiles fetched(folder->path());
   const auto scans = FetchScans(arguments, session, *sheet, recordings, fetched);
   if (!scans) return PrintError(scans.error());
-  session.Tell({.text = "analysing", .remaining_s = {}, .phase = "analysing"});
+  session.Report({.text = "analysing", .remaining_s = {}, .phase = "analysing"});
   SheetReader reader(folder->path(), *plan, sheet->record, arguments.reading);
   std::vector<fs::path> paths;
   for (const FetchedScan& scan : *scans) paths.push_back(scan.path);
   const auto answered = reader.ReadTogether(
-      paths, [&](const std::string& line) { session.Say(WithNames(line, *scans)); });
+      paths, [&](const std::string& line) { session.Report(WithNames(line, *scans)); });
   if (!answered) {
     return PrintError({answered.error().kind, WithNames(answered.error().message, *scans)});
   }

@@ -82,7 +82,7 @@ Result<tool_offset::SheetPlan> PlanOfText(const std::string& text) {
 Result<void> ReadFile(const std::string& file, int sheet, const ReadingOptions& asked,
                       bool pictures, ReadSheets& sheets) {
   machine::PageReadOptions limits;
-  limits.most_pixels = static_cast<std::int64_t>(1e6 * asked.most_megapixels);
+  limits.most_pixels = static_cast<std::int64_t>(1e6 * asked.max_megapixels);
   const tool_offset::SheetPlan& plan = sheets.analysis.plan;
   std::vector<report::OffsetScan> scans;
   std::vector<report::DrawnFigure> drawn;
@@ -134,8 +134,8 @@ void AddReadingOptions(CLI::App& command, ReadingOptions& options) {
 }
 
 Result<tool_offset::SheetPlan> ReadPlan(const std::string& pattern) {
-  constexpr std::size_t kMostBytes = std::size_t{256} << 20U;
-  const auto text = TRY(files::ReadWholeFile(pattern, kMostBytes));
+  constexpr std::size_t kMaxBytes = std::size_t{256} << 20U;
+  const auto text = TRY(files::ReadWholeFile(pattern, kMaxBytes));
   auto plan = PlanOfText(text);
   if (plan) return plan;
   return tl::unexpected(

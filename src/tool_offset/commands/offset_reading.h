@@ -15,9 +15,9 @@ namespace trammel::app {
 /// Options that supplement the files' own statements.
 struct ReadingOptions {
   std::vector<double> dpi =
-      {};  ///< along a row and down the page, or both in one; empty: as stated
-  double most_megapixels = 400;  ///< per page
-  bool photo = false;            ///< it is one; else it is told from the picture, or by dpi a scan
+      {};                       ///< along a row and down the page, or both in one; empty: as stated
+  double max_megapixels = 400;  ///< per page
+  bool photo = false;           ///< it is one; else it is told from the picture, or by dpi a scan
   std::optional<double> film_focal_mm = {};  ///< photos only
   tool_offset::RadialSpread spread = {};
 };

@@ -19,7 +19,7 @@
 #include "app/output_files.h"
 #include "app/printer_session.h"
 #include "app/provenance.h"
-#include "app/terminal_person.h"
+#include "app/terminal_operator.h"
 #include "session/crash_recovery.h"
 #include "session/run_journal.h"
 #include "settings/material.h"
@@ -72,11 +72,11 @@ struct Connection {
 Result<Connection> ConnectTo(const settings::ScanSettings& settings, const Interrupt& interrupt) {
   auto printer = TRY(Connect(settings, interrupt.token()));
   machine::Printer& reference = *printer;
-  return Connection{std::move(printer), {reference, interrupt.token(), TellOnTerminal}};
+  return Connection{std::move(printer), {reference, interrupt.token(), ShowProgress}};
 }
 
 /// Asks for the loaded material: nothing is heated on a guess.
-Result<void> AskMaterial(TerminalPerson& person, SheetConfig& config) {
+Result<void> AskMaterial(TerminalOperator& person, SheetConfig& config) {
   while (FindTemperatureProblem(config.sheet) && person.present()) {
     std::string names;
     for (const settings::Material& material : settings::Materials()) {
@@ -136,7 +136,7 @@ Result<void> DoneOf(const procedure::GuardedOutcome& outcome) {
 
 /// Reads the tools, plans the sheet, and prints it.
 Result<Printed> PrintNew(const StartArguments& arguments, SheetConfig& config,
-                         const Interrupt& interrupt, TerminalPerson& person) {
+                         const Interrupt& interrupt, TerminalOperator& person) {
   auto connection = TRY(ConnectTo(config.config.scan, interrupt));
   Session& session = connection.session;
   const auto found = TRY(ReadTools(session));
@@ -208,7 +208,7 @@ Result<Printed> GoOn(const fs::path& folder, const SheetConfig& config,
 
 /// @returns whether every tool has a value.
 Result<bool> Analyse(const StartArguments& arguments, const Printed& printed,
-                     TerminalPerson& person) {
+                     TerminalOperator& person) {
   SheetReader reader(printed.folder, printed.plan, printed.record, arguments.reading);
   constexpr std::int64_t kClocks_s = 10;  // clock error of another computer
   const std::int64_t since_s = printed.record.printed_s - kClocks_s;
@@ -264,7 +264,7 @@ void PrintHowToKeep(const std::vector<procedure::OffsetCorrection>& corrections)
 
 /// Shows old and new offsets, and sets them after a yes.
 Result<void> Settle(const SheetConfig& config, const Printed& printed, const Interrupt& interrupt,
-                    TerminalPerson& person) {
+                    TerminalOperator& person) {
   const auto measured = TRY(files::ReadOffsetFile(printed.folder));
   procedure::OffsetSettling settling;
   settling.settings = &config.config.scan;
@@ -315,7 +315,7 @@ int Report(const Error& error, const std::optional<Printed>& printed) {
 
 int RunStart(const StartArguments& arguments) {
   const Interrupt interrupt;
-  TerminalPerson person(interrupt.token(), {arguments.yes.begin(), arguments.yes.end()});
+  TerminalOperator person(interrupt.token(), {arguments.yes.begin(), arguments.yes.end()});
   auto config = ConfigureForPrinter(arguments.sheet, arguments.printer);
   if (!config) return PrintError(config.error());
   auto printed = arguments.go_on.empty() ? PrintNew(arguments, *config, interrupt, person)

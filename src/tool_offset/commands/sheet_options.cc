@@ -160,11 +160,11 @@ Result<void> TakeForSheet(const procedure::Session& session, SheetConfig& config
   constexpr double kLeast_mm_s2 = 100;  // setting's minimum
   const bool named =
       config.config.IsSet(fmt::format("{}.acceleration", tool_offset::kSheetSection));
-  const double most_mm_s2 = facts ? facts->max_accel_mm_s2 : 0;
-  if (named || most_mm_s2 < kLeast_mm_s2 || most_mm_s2 >= sheet.acceleration_mm_s2) return {};
-  sheet.acceleration_mm_s2 = most_mm_s2;
-  session.Say(
-      fmt::format("acceleration of {:g} mm/s2, the most that the printer allows", most_mm_s2));
+  const double max_mm_s2 = facts ? facts->max_accel_mm_s2 : 0;
+  if (named || max_mm_s2 < kLeast_mm_s2 || max_mm_s2 >= sheet.acceleration_mm_s2) return {};
+  sheet.acceleration_mm_s2 = max_mm_s2;
+  session.Report(
+      fmt::format("acceleration of {:g} mm/s2, the most that the printer allows", max_mm_s2));
   return {};
 }
 

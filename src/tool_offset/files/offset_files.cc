@@ -23,7 +23,7 @@ namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
 
 constexpr int kFormat = 1;  // format of history and start.json
-constexpr int kMostTool = 99;
+constexpr int kMaxTool = 99;
 constexpr NumberRange kKept_mm{-1000, 1000};  // no head carries two tools so far from each other
 
 /// Returns the name of an enumeration's value; names are in its order.
@@ -43,7 +43,7 @@ constexpr std::array kStartStages{"printing", "printed", "analysed"};
 Result<OffsetFile> OffsetsOf(const measurement::Outcome& outcome, const std::string& file) {
   constexpr double kMost_mm = 50;
   OffsetFile offsets;
-  for (int number = 0; number <= kMostTool; ++number) {
+  for (int number = 0; number <= kMaxTool; ++number) {
     const measurement::Answer* const dx = outcome.Find(fmt::format("tool_{}_dx", number));
     const measurement::Answer* const dy = outcome.Find(fmt::format("tool_{}_dy", number));
     if (dx == nullptr && dy == nullptr) continue;
@@ -105,7 +105,7 @@ std::optional<OffsetChange> ReadChange(const nlohmann::json& json, const std::st
   change.time = reader.Text("time");
   change.printer = reader.Text("printer");
   change.source = reader.Text("source");
-  change.tool = reader.Integer("tool", {0, kMostTool});
+  change.tool = reader.Integer("tool", {0, kMaxTool});
   change.dx_mm = reader.Number("dx_mm", kKept_mm);
   change.dy_mm = reader.Number("dy_mm", kKept_mm);
   change.old_offset = ReadPlace(reader, "old_mm");
@@ -139,8 +139,8 @@ Result<void> AppendToHistory(const fs::path& path, const OffsetChange& change) {
 Result<std::vector<OffsetChange>> ReadOffsetChanges(const fs::path& path) {
   std::error_code code;
   if (!fs::exists(path, code)) return std::vector<OffsetChange>{};
-  constexpr std::size_t kMostBytes = 64'000'000;
-  const auto text = TRY(ReadWholeFile(path, kMostBytes));
+  constexpr std::size_t kMaxBytes = 64'000'000;
+  const auto text = TRY(ReadWholeFile(path, kMaxBytes));
   std::vector<OffsetChange> changes;
   for (std::size_t from = 0; from < text.size();) {
     const std::size_t end = std::min(text.size(), text.find('\n', from));
@@ -163,9 +163,9 @@ Result<std::vector<OffsetChange>> ReadOffsetChanges(const fs::path& path) {
 namespace {
 
 StartedTool ReadTool(JsonObject& owner, const nlohmann::json& json) {
-  constexpr int kMostOnASheet = 31;
+  constexpr int kMaxOnASheet = 31;
   JsonObject reader = owner.Inner(json, "tools");
-  StartedTool tool{reader.Integer("tool", {0, kMostOnASheet})};
+  StartedTool tool{reader.Integer("tool", {0, kMaxOnASheet})};
   const auto x = reader.OptionalNumber("x_mm", kKept_mm);
   const auto y = reader.OptionalNumber("y_mm", kKept_mm);
   if (x && y) tool.kept = tool_offset::KeptOffset{*x, *y};
@@ -200,10 +200,10 @@ Result<StartRecord> ReadStart(const fs::path& folder) {
     return Fail(fmt::format("{}: there is no {} in it: it is no folder of trammel offset start",
                             folder.string(), kStartFile));
   }
-  constexpr std::size_t kMostBytes = std::size_t{64} << 10;
-  constexpr std::size_t kMostTools = 32;
+  constexpr std::size_t kMaxBytes = std::size_t{64} << 10;
+  constexpr std::size_t kMaxTools = 32;
   constexpr double kLatest_s = 1e11;  // year 5138
-  const auto json = TRY(ReadJsonFile(path, kMostBytes));
+  const auto json = TRY(ReadJsonFile(path, kMaxBytes));
   JsonObject object(json, path.string());
   object.Integer("format", {kFormat, kFormat});
   StartRecord record;
@@ -213,7 +213,7 @@ Result<StartRecord> ReadStart(const fs::path& folder) {
   record.run = object.Text("run");
   record.started = object.Text("started");
   record.printed_s = static_cast<std::int64_t>(object.Number("printed_s", {0, kLatest_s}));
-  for (const auto& tool : object.List("tools", 2, kMostTools)) {
+  for (const auto& tool : object.List("tools", 2, kMaxTools)) {
     record.tools.push_back(ReadTool(object, tool));
   }
   TRY(object.Finish());

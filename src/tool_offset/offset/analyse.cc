@@ -25,7 +25,7 @@ namespace {
 /// Another tool's programmed offset looks like the tool's own.
 /// @returns the reason why the sheet was not printed from this file; nothing if it may have been.
 std::optional<std::string> CheckAgainstFile(const SheetPlan& plan, const SheetResult& result) {
-  constexpr double kMostBias_mm = 0.03;  // published method's bias
+  constexpr double kMaxBias_mm = 0.03;  // published method's bias
   constexpr double kSigmas = 4;
   // A pair's "+" and "-" structure are adjacent.
   for (std::size_t i = 0; i + 1 < plan.structures.size(); i += 2) {
@@ -40,7 +40,7 @@ std::optional<std::string> CheckAgainstFile(const SheetPlan& plan, const SheetRe
     const double uncertainty_mm =
         std::hypot(first.quantity().standard_uncertainty, second.quantity().standard_uncertainty) /
         2;
-    if (std::abs(offset_mm - programmed_mm) < kMostBias_mm + kSigmas * uncertainty_mm) continue;
+    if (std::abs(offset_mm - programmed_mm) < kMaxBias_mm + kSigmas * uncertainty_mm) continue;
     return fmt::format(
         "T{} against itself is moved by {:+.3f} mm along {} on the sheet, by {:+.3f} mm in the "
         "file: the sheet was not printed from this file, so that its other offsets do not count "
@@ -99,7 +99,7 @@ bool ReferenceLiesElsewhere(const SheetPlan& plan, const InkRaster& raster) {
 /// paper bends as far within a side.
 bool SideChangesLine(const SheetPlan& plan, const PageMap& map) {
   if (plan.box_insets_mm.size() < 2) return false;
-  const double most_mm = 0.5 * (plan.box_insets_mm[1] - plan.box_insets_mm[0]);
+  const double max_mm = 0.5 * (plan.box_insets_mm[1] - plan.box_insets_mm[0]);
   return std::any_of(map.bend_mm.begin(), map.bend_mm.end(), [&](const auto& cubic) {
     constexpr int kSteps = 10;
     double low_mm = cubic[0];
@@ -110,7 +110,7 @@ bool SideChangesLine(const SheetPlan& plan, const PageMap& map) {
       low_mm = std::min(low_mm, mm);
       high_mm = std::max(high_mm, mm);
     }
-    return high_mm - low_mm > most_mm;
+    return high_mm - low_mm > max_mm;
   });
 }
 
@@ -198,8 +198,8 @@ StructureReading ReadOne(const PageView& page, const SheetPlan& plan, const Page
     reading.mix[comb] = choice.mix[comb];
     reading.shift_mm[comb] = tools[comb]->shift;
   }
-  constexpr double kMostStray = 0.05;
-  if (other.stray[index] > kMostStray) {
+  constexpr double kMaxStray = 0.05;
+  if (other.stray[index] > kMaxStray) {
     reading.offset_mm = Measured::Refused(fmt::format(
         "ink that belongs to no line of the sheet lies in {:.0f} % of its white: another tool's, "
         "a hair's or a stain's",
@@ -246,14 +246,14 @@ void CompareResolution(const AnalyseOptions& options, SheetResult& result) {
 /// original sheets.
 std::optional<std::string> TooCoarse(const SheetPlan& plan, const PageMap& map) {
   constexpr double kScale = 0.97;  // scanner scale, worst case
-  const double least_dpi = plan.original ? 200 : 150;
+  const double min_dpi = plan.original ? 200 : 150;
   const double dpi = 25.4 * std::min(Length(map.u_px_mm), Length(map.v_px_mm));
-  if (dpi >= kScale * least_dpi) return std::nullopt;
+  if (dpi >= kScale * min_dpi) return std::nullopt;
   return fmt::format(
       "the scan shows the sheet with {:.0f} dpi, at least {:.0f} are needed: scan it with 300 dpi "
       "or "
       "more",
-      dpi, least_dpi);
+      dpi, min_dpi);
 }
 
 constexpr const char* kNoOriginalPhoto =
@@ -290,9 +290,9 @@ Result<PhotoOnPage> ReadPhoto(const PageView& page, const SheetPlan& plan,
                               const PhotoSource& source, SheetOnPage& sheet) {
   const double blur_px = BlurOfBox_px(page, plan, sheet);
   auto photo = FitPhotoMap(page, plan, source, sheet);
-  if (!photo && blur_px <= kMostPhotoBlur_px) return photo;
+  if (!photo && blur_px <= kMaxPhotoBlur_px) return photo;
   PhotoOnPage seen = photo.value_or(PhotoOnPage{});
-  if (!photo) seen.px_per_mm = kLeastPhotoScale_px_mm;
+  if (!photo) seen.px_per_mm = kMinPhotoScale_px_mm;
   seen.blur_px = blur_px;
   if (const auto fault = PhotoFault(seen)) return Fail(*fault, ErrorKind::kMeasurement);
   return seen;

@@ -19,7 +19,7 @@
 namespace trammel::tool_offset {
 namespace {
 
-struct PlayOfLegs {
+struct BacklashOfLegs {
   std::optional<Quantity> x_mm;  ///< bed axes; absent if not determined
   std::optional<Quantity> y_mm;
 };
@@ -30,7 +30,7 @@ constexpr double kContradiction = 0.01;
 /// Mean distance of a comb's legs beyond the planned one.
 struct CombSpacing {
   std::pair<int, Axis> of;  ///< tool and axis: what shares a line's shape
-  SheetPoint play;          ///< per mm of each axis' play
+  SheetPoint backlash;      ///< per mm of each axis' play
   double mean_mm = 0;
   double squares_mm2 = 0;  ///< about the mean
   int count = 0;
@@ -54,9 +54,9 @@ std::vector<CombSpacing> SpacingsOf(const SheetPlan& plan,
       CombSpacing spacing;
       spacing.of = {structure.combs[comb].tool, structure.axis};
       const auto legs = FingerLegs(plan, structure, comb, 1);
-      const SheetPoint lower = PlayAlong(plan, structure, legs[0]);
-      const SheetPoint upper = PlayAlong(plan, structure, legs[1]);
-      spacing.play = {upper.u_mm - lower.u_mm, upper.v_mm - lower.v_mm};
+      const SheetPoint lower = BacklashAlong(plan, structure, legs[0]);
+      const SheetPoint upper = BacklashAlong(plan, structure, legs[1]);
+      spacing.backlash = {upper.u_mm - lower.u_mm, upper.v_mm - lower.v_mm};
       spacing.mean_mm = Mean(beyond_mm);
       for (const double mm : beyond_mm) spacing.squares_mm2 += std::pow(mm - spacing.mean_mm, 2);
       spacing.count = static_cast<int>(beyond_mm.size());
@@ -93,8 +93,8 @@ Eigen::VectorXd Variances(const std::vector<CombSpacing>& combs, double& freedom
 /// axis, and is fitted together with the backlash: least squares, each comb weighted by the scatter
 /// of its tool's distances. Intervals widen if combs contradict each other (chi-square, 1 %).
 /// @param structures  with their fingers, of this plan.
-PlayOfLegs EstimatePlayOfLegs(const SheetPlan& plan,
-                              const std::vector<StructureReading>& structures) {
+BacklashOfLegs EstimateBacklashOfLegs(const SheetPlan& plan,
+                                      const std::vector<StructureReading>& structures) {
   const std::vector<CombSpacing> combs = SpacingsOf(plan, structures);
   if (combs.empty()) return {};
   std::map<std::pair<int, Axis>, Eigen::Index> column;
@@ -109,8 +109,8 @@ PlayOfLegs EstimatePlayOfLegs(const SheetPlan& plan,
   Eigen::VectorXd y(rows);
   for (Eigen::Index i = 0; i < rows; ++i) {
     const CombSpacing& comb = combs[static_cast<std::size_t>(i)];
-    design(i, 0) = comb.play.u_mm;
-    design(i, 1) = comb.play.v_mm;
+    design(i, 0) = comb.backlash.u_mm;
+    design(i, 1) = comb.backlash.v_mm;
     design(i, column.at(comb.of)) = 1;
     y[i] = comb.mean_mm;
   }
@@ -166,9 +166,9 @@ void Refuse(const std::string& reason, ToolReading& tool) {
 /// Reports the approximate reading and the remedy for a tool whose teeth touch, or are among
 /// others.
 void AnswerCoarsely(const SheetPlan& plan, ToolReading& tool) {
-  const double most_mm = std::max(std::abs(tool.coarse_mm.u_mm), std::abs(tool.coarse_mm.v_mm));
+  const double max_mm = std::max(std::abs(tool.coarse_mm.u_mm), std::abs(tool.coarse_mm.v_mm));
   const double reach_mm = plan.original ? kOriginalReach_mm : kCoarseReach_mm;
-  if (most_mm > reach_mm) {
+  if (max_mm > reach_mm) {
     return Refuse(
         fmt::format("T{} is about {:+.1f} / {:+.1f} mm off, more than the {:.3g} mm that a sheet "
                     "answers: set its offset roughly first, then print the sheet again",
@@ -176,8 +176,8 @@ void AnswerCoarsely(const SheetPlan& plan, ToolReading& tool) {
         tool);
   }
   // Fingers are searched for within 0.3 mm; on flat paper they are within 0.04 mm of each other.
-  constexpr double kMostSpread_mm = 0.12;
-  if (tool.coarse_reading.spread_mm > kMostSpread_mm) {
+  constexpr double kMaxSpread_mm = 0.12;
+  if (tool.coarse_reading.spread_mm > kMaxSpread_mm) {
     return Refuse(
         fmt::format(
             "T{}: the fingers of its combs lie unevenly, by {:.2f} mm: the paper was folded "
@@ -199,8 +199,8 @@ void AnswerCoarsely(const SheetPlan& plan, ToolReading& tool) {
 /// Explains why a tool was not found.
 std::string NotFound(const ToolReading& tool) {
   const CoarseReading& coarse = tool.coarse_reading;
-  constexpr double kMostPrinted = 0.8;  // of lines; above it they seem present
-  if (coarse.beside >= 0 && coarse.legs_share > kMostPrinted) {
+  constexpr double kMaxPrinted = 0.8;  // of lines; above it they seem present
+  if (coarse.beside >= 0 && coarse.legs_share > kMaxPrinted) {
     return fmt::format(
         "T{}: cannot tell where it prints: T{} prints over its lines; set the offset of both "
         "roughly first, or print the sheet with one of them only",
@@ -321,15 +321,15 @@ void AnswerAxes(const SheetPlan& plan, const SheetModel& model, SheetResult& res
   const std::string unread = "too few structures of the reference tool could be read";
   Combination weight;
   if (plan.original) {
-    const PlayOfLegs play = EstimatePlayOfLegs(plan, result.structures);
+    const BacklashOfLegs backlash = EstimateBacklashOfLegs(plan, result.structures);
     const std::string none = "of no tool combs that are stepped both ways could be read";
-    result.backlash_mm = {Answer(play.x_mm, none), Answer(play.y_mm, none)};
+    result.backlash_mm = {Answer(backlash.x_mm, none), Answer(backlash.y_mm, none)};
   } else {
-    weight.play = {1, 0};
+    weight.backlash = {1, 0};
     result.backlash_mm.x = Answer(model.Estimate(weight), unread);
-    weight.play = {0, 1};
+    weight.backlash = {0, 1};
     result.backlash_mm.y = Answer(model.Estimate(weight), unread);
-    weight.play = {};
+    weight.backlash = {};
   }
   weight.bias = {SheetPoint{0.5, 0}, SheetPoint{0.5, 0}};
   result.control_bias_mm.x = Answer(model.Estimate(weight), unread);

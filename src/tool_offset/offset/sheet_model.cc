@@ -43,7 +43,7 @@ struct Columns {
   std::map<int, int> tool;
   std::map<std::pair<int, int>, int> pick_up;
   std::map<int, int> radial;
-  int play = 0;
+  int backlash = 0;
   int bias = 0;
   bool by_direction = false;
   int count = 0;
@@ -55,7 +55,7 @@ struct Columns {
       for (const auto& [number, weight] : equation.combination.pick_up) Add(pick_up, number);
       for (const auto& [number, weight] : equation.combination.radial) Add(radial, number);
     }
-    play = count;
+    backlash = count;
     bias = count + 2;
     count += by_direction ? 6 : 4;
   }
@@ -82,7 +82,7 @@ struct Columns {
       if (found == radial.end()) return false;
       add(found->second, weight);
     }
-    add(play, c.play);
+    add(backlash, c.backlash);
     add(bias, c.bias[0]);
     add(by_direction ? bias + 2 : bias, c.bias[1]);
     return true;
@@ -116,7 +116,7 @@ WeightedFit FitWeighted(const Eigen::MatrixXd& design, const Eigen::VectorXd& y,
   return fit;
 }
 
-SheetPoint PlayAlong(const SheetPlan& plan, const Structure& structure, const Leg& leg) {
+SheetPoint BacklashAlong(const SheetPlan& plan, const Structure& structure, const Leg& leg) {
   const double tilt_rad = plan.settings.tilt_deg * std::numbers::pi / 180;
   const double c = std::cos(tilt_rad);
   const double s = std::sin(tilt_rad);
@@ -179,8 +179,9 @@ Combination StructureEquation(const SheetPlan& plan, const Structure& structure)
       add(combination.bias[structure.swapped ? 1 : 0], unit(0.5));
       continue;
     }
-    const SheetPoint play = PlayAlong(plan, structure, FingerLegs(plan, structure, comb, 0)[0]);
-    add(combination.play, {sign * play.u_mm, sign * play.v_mm});
+    const SheetPoint backlash =
+        BacklashAlong(plan, structure, FingerLegs(plan, structure, comb, 0)[0]);
+    add(combination.backlash, {sign * backlash.u_mm, sign * backlash.v_mm});
     add(combination.bias[drawn.direction > 0 ? 0 : 1], unit(0.5));
   }
   return combination;
@@ -211,7 +212,7 @@ void AddTo(Combination& sum, const Combination& more, double factor) {
   for (const auto& [tool, weight] : more.tool) add(sum.tool[tool], weight);
   for (const auto& [key, weight] : more.pick_up) add(sum.pick_up[key], weight);
   for (const auto& [tool, weight] : more.radial) add(sum.radial[tool], weight);
-  add(sum.play, more.play);
+  add(sum.backlash, more.backlash);
   add(sum.bias[0], more.bias[0]);
   add(sum.bias[1], more.bias[1]);
 }
@@ -407,10 +408,10 @@ void SheetModel::Solution::Solve(bool bias_by_direction) {
 }
 
 void SheetModel::Solution::ScaleAssumed(const RadialSpread& spread, bool bias_by_direction) {
-  constexpr int kMostRounds = 30;
+  constexpr int kMaxRounds = 30;
   constexpr double kSame = 1e-4;
   if (scatter.count(kAssumed) == 0) return;
-  for (int round = 0; round < kMostRounds; ++round) {
+  for (int round = 0; round < kMaxRounds; ++round) {
     const double factor = LinesAgainstAssumed(spread.freedom);
     assumed_variance *= factor;
     for (Equation& equation : equations) {

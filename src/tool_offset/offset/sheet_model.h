@@ -33,7 +33,7 @@ struct Combination {
   /// Weights on a photo. u_mm: height of a tool's lines above the reference tool's. v_mm: their
   /// colour's outward shift in the picture's corner, per px.
   std::map<int, SheetPoint> radial;
-  SheetPoint play;  ///< of the play along x (u_mm) and y (v_mm)
+  SheetPoint backlash;  ///< of the play along x (u_mm) and y (v_mm)
   /// Weights of the method's bias along u (u_mm) and v (v_mm), for legs drawn + and drawn -.
   std::array<SheetPoint, 2> bias;
 };
@@ -53,8 +53,8 @@ struct Combination {
 
 /// Returns the nozzle's lag while a leg of a comb is drawn, along the structure's axis. Per mm of
 /// backlash along x (u_mm) and y (v_mm).
-[[nodiscard]] SheetPoint PlayAlong(const SheetPlan& plan, const Structure& structure,
-                                   const Leg& leg);
+[[nodiscard]] SheetPoint BacklashAlong(const SheetPlan& plan, const Structure& structure,
+                                       const Leg& leg);
 
 /// Returns the programmed offset of comb 1 from comb 0, along the measured axis.
 [[nodiscard]] double Programmed_mm(const Structure& structure);

@@ -14,7 +14,7 @@ namespace {
 /// Bed axes; bias along the sheet's axes, for + legs and for - legs.
 struct Truth {
   std::map<int, SheetPoint> tool_mm;
-  SheetPoint play_mm;
+  SheetPoint backlash_mm;
   std::array<SheetPoint, 2> bias_mm;
 };
 
@@ -29,7 +29,8 @@ std::vector<StructureReading> Readings(const SheetPlan& plan, const Truth& truth
   std::vector<StructureReading> readings;
   for (std::size_t i = 0; i < plan.structures.size(); ++i) {
     const Combination equation = StructureEquation(plan, plan.structures[i]);
-    double value_mm = Dot(equation.play, truth.play_mm) + Dot(equation.bias[0], truth.bias_mm[0]) +
+    double value_mm = Dot(equation.backlash, truth.backlash_mm) +
+                      Dot(equation.bias[0], truth.bias_mm[0]) +
                       Dot(equation.bias[1], truth.bias_mm[1]);
     for (const auto& [tool, weight] : equation.tool) {
       const SheetPoint& d = truth.tool_mm.at(tool);
@@ -77,11 +78,11 @@ TEST(SheetModel, FindsEveryUnknownWithEitherTilt) {
     const SheetModel model(plan, Readings(plan, truth, 0, random));
     EXPECT_NEAR(model.Estimate(DxOf(plan, 1))->value, 0.3, kExact_mm);
     EXPECT_NEAR(model.Estimate(DxOf(plan, 2))->value, -0.1, kExact_mm);
-    Combination play;
-    play.play = {1, 0};
-    EXPECT_NEAR(model.Estimate(play)->value, 0.06, kExact_mm);
-    play.play = {0, 1};
-    EXPECT_NEAR(model.Estimate(play)->value, 0.04, kExact_mm);
+    Combination backlash;
+    backlash.backlash = {1, 0};
+    EXPECT_NEAR(model.Estimate(backlash)->value, 0.06, kExact_mm);
+    backlash.backlash = {0, 1};
+    EXPECT_NEAR(model.Estimate(backlash)->value, 0.04, kExact_mm);
     EXPECT_FALSE(model.bias_by_direction());
   }
 }

@@ -106,9 +106,9 @@ std::vector<std::string> NoticesOf(const OriginalSheet& sheet) {
 }  // namespace
 
 Result<void> Validate(const OriginalSheet& sheet) {
-  if (sheet.tools.empty() || static_cast<int>(sheet.tools.size()) > kMostOriginalPairs) {
+  if (sheet.tools.empty() || static_cast<int>(sheet.tools.size()) > kMaxOriginalPairs) {
     return Fail(fmt::format("the list of tools has {} entries, an original sheet has 1 to {}",
-                            sheet.tools.size(), kMostOriginalPairs));
+                            sheet.tools.size(), kMaxOriginalPairs));
   }
   if (std::min(sheet.reference_tool, *std::min_element(sheet.tools.begin(), sheet.tools.end())) <
       0) {
@@ -190,7 +190,7 @@ constexpr double kSame_mm = 0.01;
 constexpr std::size_t kBoxStrokes = 12;  // three times four sides
 constexpr std::size_t kLegsOfComb = 33;  // 17 fingers of two legs, of which the first is a travel
 constexpr std::size_t kCombsOfPair = 8;  // per axis "+" and "-", a tested and a reference comb
-constexpr std::size_t kMostLegs = kLegsOfComb * kCombsOfPair * kMostOriginalPairs;
+constexpr std::size_t kMaxLegs = kLegsOfComb * kCombsOfPair * kMaxOriginalPairs;
 
 /// Straight line of ink, on the bed.
 struct Stroke {
@@ -255,7 +255,7 @@ class Moves {
     if (straight && extruded > 0 && length_mm > 0) {
       if (box.size() < kBoxStrokes) {
         box.push_back({line, tool_, at_, to});
-      } else if (std::abs(length_mm - kOriginalLeg_mm) < kSame_mm && legs.size() <= kMostLegs) {
+      } else if (std::abs(length_mm - kOriginalLeg_mm) < kSame_mm && legs.size() <= kMaxLegs) {
         legs.push_back({line, tool_, at_, to});
       }
     }
@@ -413,13 +413,13 @@ Result<OriginalSheet> ReadOriginalGcode(std::string_view gcode) {
     TRY(moves.Take(line, text));
   }
   const std::size_t pairs = moves.legs.size() / (kLegsOfComb * kCombsOfPair);
-  if (moves.box.size() < kBoxStrokes || pairs == 0 || moves.legs.size() > kMostLegs ||
+  if (moves.box.size() < kBoxStrokes || pairs == 0 || moves.legs.size() > kMaxLegs ||
       moves.legs.size() % (kLegsOfComb * kCombsOfPair) != 0) {
     return Fail(fmt::format(
         "has {} legs of {} mm behind the {} lines of a box; the published "
         "generator draws {} for each tool, up to {}: the file is cut off or of "
         "another geometry",
-        moves.legs.size(), kOriginalLeg_mm, kBoxStrokes, kLegsOfComb * kCombsOfPair, kMostLegs));
+        moves.legs.size(), kOriginalLeg_mm, kBoxStrokes, kLegsOfComb * kCombsOfPair, kMaxLegs));
   }
   const Placing placing(moves.box);
   OriginalSheet sheet;

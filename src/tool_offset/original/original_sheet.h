@@ -11,7 +11,7 @@
 namespace trammel::tool_offset {
 
 /// Most pairs on the published sheets.
-inline constexpr int kMostOriginalPairs = 5;
+inline constexpr int kMaxOriginalPairs = 5;
 inline constexpr int kHighestOriginalTool = 99;
 inline constexpr double kOriginalLeg_mm = 6;
 

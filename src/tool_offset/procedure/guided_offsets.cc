@@ -43,7 +43,7 @@ ScanFolder::Look ScanFolder::Next() {
   std::map<fs::path, Known> now;
   std::error_code error;
   for (fs::directory_iterator at(folder_, error), end; !error && at != end; at.increment(error)) {
-    if (now.size() >= kMostFiles) break;
+    if (now.size() >= kMaxFiles) break;
     const fs::path path = at->path();
     if (IsUnfinishedName(path.filename().string())) continue;
     const auto found = StatOf(path);
@@ -96,7 +96,7 @@ Result<void> CheckUnchanged(const Session& session, const files::StartRecord& re
 }
 
 /// Asks the question; false if there is no person.
-Result<bool> AskIfPossible(Person& person, const Question& question) {
+Result<bool> AskIfPossible(Operator& person, const Question& question) {
   if (!person.CheckCanAnswer(question.name)) return false;
   return person.Confirm(question, {});
 }
@@ -116,7 +116,7 @@ bool IsOlder(const fs::path& path, std::int64_t since_s) {
   return ::stat(path.c_str(), &found) == 0 && found.st_mtim.tv_sec < since_s;
 }
 
-Result<void> WaitForScan(Person& person, const ScanWait& wait) {
+Result<void> WaitForScan(Operator& person, const ScanWait& wait) {
   constexpr double kLook_s = 1;
   ScanFolder folder(wait.folder, wait.since_s);
   for (;;) {
@@ -146,7 +146,7 @@ std::vector<OffsetCorrection> CorrectionsOf(const files::StartRecord& record,
 }
 
 Result<bool> SetWhereWanted(const Session& session, const OffsetSettling& settling,
-                            Person& person) {
+                            Operator& person) {
   const auto& corrections = settling.corrections;
   TRY(CheckUnchanged(session, settling.record));
   const auto set = AskIfPossible(
@@ -162,7 +162,7 @@ Result<bool> SetWhereWanted(const Session& session, const OffsetSettling& settli
 }
 
 Result<bool> KeepWhereWanted(const Session& session, const OffsetSettling& settling,
-                             Person& person) {
+                             Operator& person) {
   const auto keep = AskIfPossible(
       person, {kKeepQuestion,
                "keep them beyond a restart (SAVE_CONFIG writes printer.cfg and restarts Klipper: "

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "base/result.h"
-#include "session/person.h"
+#include "session/operator.h"
 #include "session/session.h"
 #include "settings/scan_settings.h"
 #include "tool_offset/files/offset_files.h"
@@ -32,7 +32,7 @@ struct ScanWait {
 
 /// Waits for a scan of the sheet in the folder until one yields a result. Reports why another file
 /// does not, once as long as the file is unchanged. Errors: kInterrupted.
-[[nodiscard]] Result<void> WaitForScan(Person& person, const ScanWait& wait);
+[[nodiscard]] Result<void> WaitForScan(Operator& person, const ScanWait& wait);
 
 /// True if a file is older, and thus of an earlier print of the same sheet with the same number.
 /// False for an inaccessible file.
@@ -57,11 +57,11 @@ struct OffsetSettling {
 /// Asks whether to set the offsets until the next restart, and sets them. Errors: kSafety if a tool
 /// has another offset now than when the sheet was printed; those of TakeTurn and SetOffsets.
 [[nodiscard]] Result<bool> SetWhereWanted(const Session& session, const OffsetSettling& settling,
-                                          Person& person);
+                                          Operator& person);
 /// Asks whether to store the set offsets permanently, and stores them. Errors: those of TakeTurn,
 /// KeepOffsets.
 [[nodiscard]] Result<bool> KeepWhereWanted(const Session& session, const OffsetSettling& settling,
-                                           Person& person);
+                                           Operator& person);
 
 /// True if the printer still reports the run's file as completely printed: for a run that died
 /// while it printed. Errors (kMachine): the printer's.
@@ -82,7 +82,7 @@ class ScanFolder {
   /// Checks at most kMostFiles. An unreadable folder has none.
   [[nodiscard]] Look Next();
 
-  static constexpr std::size_t kMostFiles = 2000;
+  static constexpr std::size_t kMaxFiles = 2000;
 
  private:
   /// Properties that show a file's change.

@@ -16,7 +16,7 @@ namespace {
 using ::testing::ElementsAre;
 
 /// Types its lines one after the other, then goes.
-class Typist : public Person {
+class Typist : public Operator {
  public:
   explicit Typist(std::deque<std::string> lines) : lines_(std::move(lines)) {}
   Result<void> CheckCanAnswer(const std::string&) const override { return {}; }
@@ -156,11 +156,11 @@ TEST_F(ScanFolderTest, AFolderThatIsNotThereHasNothingUntilItIs) {
 
 TEST_F(ScanFolderTest, OfVeryManyFilesABoundedNumberIsLookedAt) {
   ScanFolder folder(folder_.path(), now_s_ - 60);
-  for (std::size_t i = 0; i < ScanFolder::kMostFiles + 100; ++i) {
+  for (std::size_t i = 0; i < ScanFolder::kMaxFiles + 100; ++i) {
     test::WriteWhole(At("f" + std::to_string(i)), "x");
   }
   (void)folder.Next();
-  EXPECT_LE(folder.Next().ready.size(), ScanFolder::kMostFiles);
+  EXPECT_LE(folder.Next().ready.size(), ScanFolder::kMaxFiles);
 }
 
 }  // namespace

@@ -53,13 +53,13 @@ Result<void> RefuseTooFar(const std::vector<OffsetCorrection>& corrections,
                           const SetOffsetsOptions& options) {
   if (options.force) return {};
   for (const OffsetCorrection& change : corrections) {
-    const double most_mm =
+    const double max_mm =
         std::max(std::abs(change.measured.dx_mm), std::abs(change.measured.dy_mm));
-    if (most_mm <= tool_offset::kCoarseReach_mm) continue;
+    if (max_mm <= tool_offset::kCoarseReach_mm) continue;
     return Fail(
         fmt::format("{}: tool {} would be moved by {:.3f} mm, and a sheet shows {:.4g} mm at "
                     "most: is it the right file? --force sets it all the same",
-                    options.source, change.tool, most_mm, tool_offset::kCoarseReach_mm),
+                    options.source, change.tool, max_mm, tool_offset::kCoarseReach_mm),
         ErrorKind::kSafety);
   }
   return {};
@@ -83,7 +83,7 @@ Result<void> Note(const SetOffsetsOptions& options, const OffsetCorrection& chan
                         change.measured.dx_mm, change.measured.dy_mm, change.now, change.next});
 }
 
-void Say(const SetOffsetsOptions& options, const std::string& line) {
+void Report(const SetOffsetsOptions& options, const std::string& line) {
   if (options.say) options.say(line);
 }
 
@@ -131,7 +131,7 @@ Result<void> SetOffsets(const Session& session, const std::vector<OffsetCorrecti
   for (const OffsetCorrection& change : corrections) {
     TRY(Note(options, change, OffsetStage::kBegun));
     TRY(SetToolOffset(session, change.tool, change.next));
-    Say(options, fmt::format("applied   tool {}: read back from the printer", change.tool));
+    Report(options, fmt::format("applied   tool {}: read back from the printer", change.tool));
     TRY(Note(options, change, OffsetStage::kApplied));
   }
   return options.save ? KeepOffsets(session, corrections, options) : Result<void>();
@@ -140,7 +140,7 @@ Result<void> SetOffsets(const Session& session, const std::vector<OffsetCorrecti
 Result<void> KeepOffsets(const Session& session, const std::vector<OffsetCorrection>& corrections,
                          const SetOffsetsOptions& options) {
   TRY(KeepToolOffsets(session, NextOf(corrections)));
-  Say(options, "kept      in the printer's configuration, and read back after its restart");
+  Report(options, "kept      in the printer's configuration, and read back after its restart");
   for (const OffsetCorrection& change : corrections) {
     TRY(Note(options, change, OffsetStage::kKept));
   }
@@ -189,11 +189,11 @@ Result<void> UndoOffsets(const Session& session, const OffsetUndo& undo,
   for (const OffsetCorrection& change : undo.changes) {
     TRY(SetToolOffset(session, change.tool, change.next));
     TRY(Note(options, change, OffsetStage::kUndone));
-    Say(options, fmt::format("undone    tool {}: read back from the printer", change.tool));
+    Report(options, fmt::format("undone    tool {}: read back from the printer", change.tool));
   }
   if (!options.save) return {};
   TRY(KeepToolOffsets(session, NextOf(undo.changes)));
-  Say(options, "kept      in the printer's configuration, and read back after its restart");
+  Report(options, "kept      in the printer's configuration, and read back after its restart");
   return {};
 }
 

@@ -177,15 +177,15 @@ Result<void> Stopped() { return Fail("stopped while the printer cooled", ErrorKi
 
 Result<void> WaitUntilCold(const Session& session, ColdWatch& watch) {
   constexpr double kStep_s = 0.5;
-  constexpr double kSayEvery_s = 15;
-  double said_s = -kSayEvery_s;
+  constexpr double kReportEvery_s = 15;
+  double said_s = -kReportEvery_s;
   for (double waited_s = 0; waited_s < kCool_s; waited_s += kStep_s) {
     TRY(watch.Look());
     const std::string warm = watch.Warm();
     if (warm.empty()) return {};
-    if (waited_s - said_s >= kSayEvery_s) {
+    if (waited_s - said_s >= kReportEvery_s) {
       said_s = waited_s;
-      session.Tell(
+      session.Report(
           {.text = "letting it cool for hands: " + warm, .remaining_s = {}, .phase = "cooling"});
     }
     if (!Pause(kStep_s, session.stop)) return Stopped();
@@ -198,7 +198,7 @@ Result<void> WaitUntilCold(const Session& session, ColdWatch& watch) {
 Result<void> Move(const Session& session, const std::string& gcode, const char* what,
                   const char* phase) {
   TRY(CheckStillFree(session));
-  session.Tell({.text = what, .remaining_s = {}, .phase = phase});
+  session.Report({.text = what, .remaining_s = {}, .phase = phase});
   auto moved = RunNoted(session, gcode, kMove_s);
   if (moved) moved = session.printer.FinishMoves(session.Within(kMove_s));
   return moved ? CheckStillReady(session) : moved;
@@ -252,7 +252,7 @@ Result<void> No(const char* what) {
   return Fail(fmt::format("{}, as you answered", what), ErrorKind::kInterrupted);
 }
 
-Result<void> PrepareForPaper(const Session& session, const SheetPrint& print, Person& person,
+Result<void> PrepareForPaper(const Session& session, const SheetPrint& print, Operator& person,
                              PrinterStateGuard& guard, ColdWatch& watch) {
   // Paper on the bed gets no colder than the bed: nothing starts over a warm one.
   if (person.AnsweredBefore(kPaperQuestion) && !watch.Warm().empty()) {
@@ -284,7 +284,7 @@ Result<void> HeatBeside(const Session& session, const SheetPrint& print) {
   TRY(Move(session, ParkAsideGcode(print.plan), "moving beside the sheet", "heating"));
   const tool_offset::SheetSettings& settings = print.plan.settings;
   const double limit_s = print.settings->heat_time_limit_s;
-  session.Say("to be heated to " + DescribeTemperatures(settings));
+  session.Report("to be heated to " + DescribeTemperatures(settings));
   const double bed_c = settings::TemperaturesOf(OnPaper(settings)).bed_c;
   if (bed_c > 0) {
     TRY(HeatAndWait(session, kBed, bed_c, limit_s));
@@ -302,11 +302,11 @@ Result<void> NotePrinted(const Session& session, SheetPrint& print) {
   print.record.printed_s = static_cast<std::int64_t>(std::time(nullptr));
   const auto noted = files::WriteStart(print.folder, print.record);
   // The sheet is printed in any case.
-  if (!noted) session.Say("not noted that the sheet is printed: " + noted.error().message);
+  if (!noted) session.Report("not noted that the sheet is printed: " + noted.error().message);
   return {};
 }
 
-Result<void> RunSteps(const Session& session, SheetPrint& print, Person& person,
+Result<void> RunSteps(const Session& session, SheetPrint& print, Operator& person,
                       PrinterStateGuard& guard) {
   const auto free = [&session] { return CheckStillFree(session); };
   const auto may_move = TRY(person.Confirm({kMoveQuestion, MoveText(session, print)}, free));
@@ -368,7 +368,7 @@ Result<void> CheckSheetPrint(const Session& session, const SheetPrint& print) {
   return FirstFailure({CheckDisk(print.folder, kScanAndReport)}, ErrorKind::kInput);
 }
 
-GuardedOutcome PrintSheet(Session& session, SheetPrint& print, Person& person) {
+GuardedOutcome PrintSheet(Session& session, SheetPrint& print, Operator& person) {
   const auto park = PaperParkOf(print.plan.settings);
   const settings::PrinterSettings& printer = print.plan.settings.printer;
   GuardedSteps run;

@@ -7,7 +7,7 @@
 
 #include "base/result.h"
 #include "session/guarded_steps.h"
-#include "session/person.h"
+#include "session/operator.h"
 #include "session/session.h"
 #include "settings/scan_settings.h"
 #include "tool_offset/files/offset_files.h"
@@ -44,6 +44,6 @@ struct SheetPrint {
 /// `record` of the print is on the disk with its stage before and after.
 /// Errors: kInterrupted if the answer is no, too; kSafety if the bed is warm with the paper on it;
 /// kMachine; kInput.
-[[nodiscard]] GuardedOutcome PrintSheet(Session& session, SheetPrint& print, Person& person);
+[[nodiscard]] GuardedOutcome PrintSheet(Session& session, SheetPrint& print, Operator& person);
 
 }  // namespace trammel::procedure

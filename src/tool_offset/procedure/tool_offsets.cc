@@ -184,7 +184,7 @@ Result<void> KeepToolOffsets(const Session& session, const std::map<int, KeptOff
 
 namespace {
 
-constexpr int kMostTool = 31;  // limit of the sheets
+constexpr int kMaxTool = 31;  // limit of the sheets
 
 bool HasPrefix(const std::set<std::string>& names, const std::string& prefix) {
   const auto at = names.lower_bound(prefix);
@@ -194,7 +194,7 @@ bool HasPrefix(const std::set<std::string>& names, const std::string& prefix) {
 /// Returns tools by their extruders: T0's is "extruder", T1's "extruder1".
 std::vector<PrinterTool> ByExtruders(const std::set<std::string>& sections) {
   std::vector<PrinterTool> tools;
-  for (int number = 0; number <= kMostTool; ++number) {
+  for (int number = 0; number <= kMaxTool; ++number) {
     const std::string extruder = gcode::KlipperExtruder(number);
     if (sections.contains(extruder)) tools.push_back({number, extruder});
   }
@@ -213,7 +213,7 @@ Result<std::vector<PrinterTool>> OfToolchanger(const Session& session) {
   const auto numbers = TRY(ToolNumbers(session));
   std::vector<PrinterTool> tools;
   for (const int number : std::set<int>(numbers.begin(), numbers.end())) {
-    if (number < 0 || number > kMostTool) continue;
+    if (number < 0 || number > kMaxTool) continue;
     auto tool = TRY(ReadTool(session, number));
     tools.push_back({number, tool.extruder, tool.kept});
   }

@@ -87,7 +87,7 @@ struct CombRead {
 CombRead LocateFingers(const PageView& page, const PageMap& map, const SheetPlan& plan,
                        const ToolComb& tool_comb, const ChannelMix& mix, const Shifts& shifts) {
   constexpr double kReach_mm = 0.3;
-  constexpr double kLeastRows_mm = 1;
+  constexpr double kMinRows_mm = 1;
   const SheetSettings& settings = plan.settings;
   const std::size_t fewest = std::max(4, (settings.teeth + 2) / 3);
   const Structure& structure = plan.structures[tool_comb.structure];
@@ -107,7 +107,7 @@ CombRead LocateFingers(const PageView& page, const PageMap& map, const SheetPlan
     site.high_mm = settings.leg_length_mm / 2 - kLegEnd_mm;
     site.low_mm = -site.high_mm;
     const FreeRows free = FindFreeRows(settings, site, lines);
-    if (free.rows.hi - free.rows.lo < kLeastRows_mm) {
+    if (free.rows.hi - free.rows.lo < kMinRows_mm) {
       if (read.crowded_by < 0 || free.crowded_by != settings.reference_tool) {
         read.crowded_by = free.crowded_by;
       }

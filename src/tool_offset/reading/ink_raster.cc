@@ -251,7 +251,7 @@ InkColour SampleInk(const PageView& page, const PageMap& map, const SheetSetting
                     std::span<const Leg> legs) {
   constexpr double kStep_mm = 0.1;
   constexpr double kEnd_mm = 0.5;
-  constexpr double kLeastNoise = 0.5;  // in levels: rounding
+  constexpr double kMinNoise = 0.5;  // in levels: rounding
   InkColour colour;
   colour.channels = page.channels == 1 ? 1 : kInkChannels;
   std::vector<float> samples;
@@ -285,7 +285,7 @@ InkColour SampleInk(const PageView& page, const PageMap& map, const SheetSetting
     }
     if (ink.empty()) continue;
     colour.contrast[c] = Median(ink) - Median(paper);
-    colour.noise[c] = std::max(kLeastNoise, RobustStandardDeviation(steps) / std::sqrt(2.0));
+    colour.noise[c] = std::max(kMinNoise, RobustStandardDeviation(steps) / std::sqrt(2.0));
   }
   return colour;
 }

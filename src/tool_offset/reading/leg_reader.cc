@@ -14,7 +14,7 @@ namespace {
 constexpr double kPaperFrom_mm = 0.15;
 constexpr double kPaperTo_mm = 0.45;
 /// Maximum distance of a finger from its located position.
-constexpr double kMostOff_mm = 0.1;
+constexpr double kMaxOff_mm = 0.1;
 /// Minimum row height: finer rows have no more information on a line.
 constexpr double kFinestRow_mm = 0.02;
 
@@ -260,7 +260,7 @@ std::optional<std::array<LegReading, 2>> ReadLegs(const PageView& page, const Ch
             ReadLeg(finger, settings, site, true, middle_mm, workspace)};
     if (legs[0].rows_used == 0 || legs[1].rows_used == 0) break;
     middle_mm =
-        std::clamp((legs[0].position_mm + legs[1].position_mm) / 2, -kMostOff_mm, kMostOff_mm);
+        std::clamp((legs[0].position_mm + legs[1].position_mm) / 2, -kMaxOff_mm, kMaxOff_mm);
   }
   return legs;
 }

@@ -142,24 +142,24 @@ double BlurOfBox_px(const PageView& page, const SheetPlan& plan, const SheetOnPa
 
 std::optional<std::string> PhotoFault(const PhotoOnPage& photo) {
   const double tilt_deg = photo.pose.tilt_rad * 180 / std::numbers::pi;
-  if (photo.px_per_mm < kLeastPhotoScale_px_mm) {
+  if (photo.px_per_mm < kMinPhotoScale_px_mm) {
     return fmt::format(
         "the photo shows the sheet with {:.2f} px per mm, at least {:.0f} are needed: "
         "let the sheet fill the picture, and take it with all of the camera's pixels",
-        photo.px_per_mm, kLeastPhotoScale_px_mm);
+        photo.px_per_mm, kMinPhotoScale_px_mm);
   }
-  const double most_blur_px = std::min(kMostPhotoBlur_px, kMostPhotoBlur_mm * photo.px_per_mm);
-  if (photo.blur_px > most_blur_px) {
+  const double max_blur_px = std::min(kMaxPhotoBlur_px, kMaxPhotoBlur_mm * photo.px_per_mm);
+  if (photo.blur_px > max_blur_px) {
     return fmt::format(
         "the photo is blurred by {:.1f} px (1 sigma), at most {:.1f} can be read: hold the phone "
         "still, further away if it cannot focus, in more light",
-        photo.blur_px, most_blur_px);
+        photo.blur_px, max_blur_px);
   }
-  if (tilt_deg > kMostPhotoTilt_deg) {
+  if (tilt_deg > kMaxPhotoTilt_deg) {
     return fmt::format(
         "the photo was taken {:.0f} degrees aslant, at most {:.0f} can be read: hold "
         "the phone parallel to the sheet, above its middle",
-        tilt_deg, kMostPhotoTilt_deg);
+        tilt_deg, kMaxPhotoTilt_deg);
   }
   return std::nullopt;
 }

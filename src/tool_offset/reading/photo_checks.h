@@ -12,10 +12,10 @@
 namespace trammel::tool_offset {
 
 /// Limits of a usable photo.
-inline constexpr double kLeastPhotoScale_px_mm = 9;  // a line of 0.4 mm is 4 px wide
-inline constexpr double kMostPhotoBlur_px = 2.5;
-inline constexpr double kMostPhotoBlur_mm = 0.18;  // two legs then run together
-inline constexpr double kMostPhotoTilt_deg = 35;
+inline constexpr double kMinPhotoScale_px_mm = 9;  // a line of 0.4 mm is 4 px wide
+inline constexpr double kMaxPhotoBlur_px = 2.5;
+inline constexpr double kMaxPhotoBlur_mm = 0.18;  // two legs then run together
+inline constexpr double kMaxPhotoTilt_deg = 35;
 
 /// Measures the blur of the box's lines on their worst side, whatever their width. Unit: 1 sigma of
 /// the Gauss curve that smears a line's two edges.

@@ -141,7 +141,7 @@ RadialLever LeverAt(const PhotoPose& pose, const PageMap& map, Axis axis, SheetP
 namespace {
 
 /// Observed feature of the plan: it determines the position across its own line.
-struct Sighting {
+struct LandmarkObservation {
   SheetPoint planned;
   Axis axis = Axis::kX;  ///< measured axis
   PagePoint seen;
@@ -192,12 +192,12 @@ PageMap Moved(const PageMap& map, const Unknowns& by) {
 }
 
 /// Returns an observation's distance from its position by the map, across its line; mm.
-double Beyond_mm(const PageMap& map, const Sighting& sighting) {
+double Beyond_mm(const PageMap& map, const LandmarkObservation& sighting) {
   const LocalMap local = map.Near(sighting.planned);
   return Along(sighting.axis, local.ToSheet(sighting.seen - local.at));
 }
 
-Eigen::VectorXd Residuals(const PageMap& map, const std::vector<Sighting>& sightings) {
+Eigen::VectorXd Residuals(const PageMap& map, const std::vector<LandmarkObservation>& sightings) {
   Eigen::VectorXd residual(static_cast<Eigen::Index>(sightings.size()));
   for (std::size_t i = 0; i < sightings.size(); ++i) {
     residual[static_cast<Eigen::Index>(i)] = Beyond_mm(map, sightings[i]);
@@ -217,8 +217,8 @@ void TakePose(const PageView& page, const PhotoSource& source, PageMap& map, Pho
 }
 
 /// Fits by Gauss and Newton's steps with Huber's weights.
-void Fit(const PageView& page, const PhotoSource& source, const std::vector<Sighting>& sightings,
-         PageMap& map, PhotoPose& pose) {
+void Fit(const PageView& page, const PhotoSource& source,
+         const std::vector<LandmarkObservation>& sightings, PageMap& map, PhotoPose& pose) {
   constexpr int kPasses = 8;
   constexpr double kHuber = 2;
   constexpr double kFinest_mm = 0.005;
@@ -256,7 +256,7 @@ void Fit(const PageView& page, const PhotoSource& source, const std::vector<Sigh
   }
 }
 
-void AddBox(const SheetOnPage& sheet, std::vector<Sighting>& sightings) {
+void AddBox(const SheetOnPage& sheet, std::vector<LandmarkObservation>& sightings) {
   for (const SidePoint& point : sheet.box_places) {
     sightings.push_back({sheet.map.OnSide(point.side, point.along_mm),
                          IsUpright(point.side) ? Axis::kX : Axis::kY, point.place});
@@ -279,7 +279,7 @@ FingerSite OuterSite(const SheetPlan& plan, const Structure& structure, std::siz
 
 /// @returns how many fingers the reference tool has.
 int AddFingers(const PageView& page, const SheetPlan& plan, const SheetOnPage& sheet,
-               double reach_mm, std::vector<Sighting>& sightings) {
+               double reach_mm, std::vector<LandmarkObservation>& sightings) {
   ReaderWorkspace workspace;
   int all = 0;
   for (const Structure& structure : plan.structures) {
@@ -330,7 +330,7 @@ Result<PhotoOnPage> FitPhotoMap(const PageView& page, const SheetPlan& plan,
   photo.spread = source.spread;
   SheetOnPage fitted = sheet;
   for (std::size_t pass = 0; pass < kReach_mm.size(); ++pass) {
-    std::vector<Sighting> sightings;
+    std::vector<LandmarkObservation> sightings;
     const int fingers = AddFingers(page, plan, fitted, kReach_mm[pass], sightings);
     photo.fingers = static_cast<int>(sightings.size());
     if (3 * photo.fingers < fingers) {

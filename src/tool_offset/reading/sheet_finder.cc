@@ -248,8 +248,8 @@ Attempt TryCandidate(const PageView& page, const SmallPage& small, const SheetPl
 /// orientation, and a mirrored page is read as it was drawn.
 Attempt TryOriginal(const PageView& page, const SmallPage& small, const SheetPlan& plan,
                     const BoxCandidate& candidate, int threshold) {
-  constexpr double kLeastMatch = 0.45;
-  constexpr double kLeastLead = 0.25;  // a wrong way round has single legs under its own
+  constexpr double kMinMatch = 0.45;
+  constexpr double kMinLead = 0.25;  // a wrong way round has single legs under its own
   const SheetPlan bar = BarOf(plan);
   const ChannelMix mix = MixOfSides(small, candidate, threshold);
   Attempt attempt;
@@ -281,7 +281,7 @@ Attempt TryOriginal(const PageView& page, const SmallPage& small, const SheetPla
     attempt.finding = other_shape ? Finding::kOtherShape : Finding::kNothing;
     return attempt;
   }
-  const bool sure = best >= kLeastMatch && best >= second + kLeastLead;
+  const bool sure = best >= kMinMatch && best >= second + kMinLead;
   attempt.finding = sure ? Finding::kSheet : Finding::kNoWayRound;
   attempt.sheet.reference_mix = mix;
   return attempt;
@@ -296,7 +296,7 @@ struct Search {
 Search SearchAt(const PageView& page, const SmallPage& small, const SheetPlan& plan, int threshold,
                 bool widened) {
   constexpr double kPart = 0.25;  // of the page's longer side, for a truncated box
-  constexpr int kMostTried = 20;  // a page full of frames is no sheet
+  constexpr int kMaxTried = 20;   // a page full of frames is no sheet
   Search search;
   int tried = 0;
   std::vector<BoxCandidate> read;
@@ -306,7 +306,7 @@ Search SearchAt(const PageView& page, const SmallPage& small, const SheetPlan& p
     });
     if (known) continue;
     Attempt attempt;
-    if (candidate.sides() == 4 && ++tried <= kMostTried) {
+    if (candidate.sides() == 4 && ++tried <= kMaxTried) {
       attempt =
           (plan.original ? TryOriginal : TryCandidate)(page, small, plan, candidate, threshold);
       for (std::size_t i = 0; i < 4; ++i) {

@@ -64,14 +64,14 @@ class Press {
   }
 
   /// Returns the pen's displacement: the tool's offset and the axes' backlash, in the sheet's axes.
-  SheetPoint Shift(const Leg& leg, int tool, bool play) const {
+  SheetPoint Shift(const Leg& leg, int tool, bool backlash) const {
     const double c = std::cos(tilt_rad_);
     const double s = std::sin(tilt_rad_);
     SheetPoint bed{0, 0};
     if (const auto found = scene_.offset_mm.find(tool); found != scene_.offset_mm.end()) {
       bed = found->second;
     }
-    if (play) {
+    if (backlash) {
       const double du = leg.end.u_mm - leg.start.u_mm;
       const double dv = leg.end.v_mm - leg.start.v_mm;
       bed.u_mm -= std::copysign(scene_.backlash_x_mm / 2, du * c - dv * s);

@@ -184,7 +184,7 @@ struct ScoreMap {
 ScoreMap ScoreShifts(const InkRaster& raster, const SheetPlan& plan, const LegMarks& legs,
                      int tool) {
   /// Least visible part of all legs to identify a position.
-  constexpr double kLeastJudged = 0.35;
+  constexpr double kMinJudged = 0.35;
   const ShiftGrid grid{static_cast<int>(std::ceil(kSearch_mm * std::numbers::sqrt2 / kStep_mm))};
   const std::vector<ToolComb> combs = CombsOf(plan, tool);
   std::vector<CombMarks> marks(combs.size());
@@ -209,7 +209,7 @@ ScoreMap ScoreShifts(const InkRaster& raster, const SheetPlan& plan, const LegMa
         sum += comb.sum[at] / whole;
         judged += comb.judged[at] / whole;
       }
-      if (judged < kLeastJudged) continue;
+      if (judged < kMinJudged) continue;
       map.score[at] = sum;
       map.share[at] = (sum + judged) / (2 * judged);
     }

@@ -389,8 +389,8 @@ void Report(const Fit& fit, StructureReading& structure) {
 }  // namespace
 
 void FitCombs(const SheetSettings& settings, StructureReading& structure) {
-  constexpr double kMostOutliers = 0.3;
-  const auto most = static_cast<int>(kMostOutliers * static_cast<double>(structure.fingers.size()));
+  constexpr double kMaxOutliers = 0.3;
+  const auto most = static_cast<int>(kMaxOutliers * static_cast<double>(structure.fingers.size()));
   for (int outliers = 0;; ++outliers) {
     structure.teeth_used = CountTeeth(structure);
     const auto [first, second] = structure.teeth_used;

@@ -35,9 +35,9 @@ class Explanation {
 
   /// Moves one tool after the other, except `fixed`, to its best place, until none moves.
   void Settle(std::size_t fixed, bool backwards = false) {
-    constexpr int kMostRounds = 8;  // each explains more; two suffice but for ties
+    constexpr int kMaxRounds = 8;  // each explains more; two suffice but for ties
     bool moved = true;
-    for (int round = 0; moved && round < kMostRounds; ++round) {
+    for (int round = 0; moved && round < kMaxRounds; ++round) {
       moved = false;
       for (std::size_t i = 0; i < place_.size(); ++i) {
         const std::size_t tool = backwards ? place_.size() - 1 - i : i;
@@ -218,20 +218,20 @@ std::array<double, 2> WholeClaim(const SheetPlan& plan, int tool) {
 bool IsSure(const PlaceChoice& choice, const std::array<double, 2>& whole, double share,
             double left) {
   /// Limits in parts of all its ink: other ink makes half of a tool's legs at most.
-  constexpr double kLeastLead = 0.15;
-  constexpr double kLeastLeadOfPart = 0.3;
-  constexpr double kLeastOwn = 0.2;
-  constexpr double kLeastOwnOfAxis = 0.1;
+  constexpr double kMinLead = 0.15;
+  constexpr double kMinLeadOfPart = 0.3;
+  constexpr double kMinOwn = 0.2;
+  constexpr double kMinOwnOfAxis = 0.1;
   constexpr double kNearlyAll = 0.93;
-  constexpr double kMostLeft = 0.5;
+  constexpr double kMaxLeft = 0.5;
   const double all = whole[0] + whole[1];
   const bool part = share < kNearlyAll;
   // If enough ink remains for its lines elsewhere, perhaps beyond the search range, only a nearly
   // complete fit counts.
-  if (part && left >= kMostLeft * all) return false;
-  return choice.lead >= (part ? kLeastLeadOfPart : kLeastLead) * all &&
-         choice.own[0] + choice.own[1] >= kLeastOwn * all &&
-         choice.own[0] >= kLeastOwnOfAxis * whole[0] && choice.own[1] >= kLeastOwnOfAxis * whole[1];
+  if (part && left >= kMaxLeft * all) return false;
+  return choice.lead >= (part ? kMinLeadOfPart : kMinLead) * all &&
+         choice.own[0] + choice.own[1] >= kMinOwn * all &&
+         choice.own[0] >= kMinOwnOfAxis * whole[0] && choice.own[1] >= kMinOwnOfAxis * whole[1];
 }
 
 }  // namespace
@@ -362,9 +362,9 @@ ToolSearch::LegContrast ToolSearch::Contrast(const ToolComb& comb, SheetPoint sh
 
 bool ToolSearch::IsEven(int tool, SheetPoint shift,
                         const std::vector<std::uint8_t>& explained) const {
-  constexpr double kLeastShare = 0.82;  // of the darkest comb; one tool's differ by 0.14 at most
-  constexpr double kLeastOpen = 0.3;    // of a comb's cells: fewer are the rims of known lines
-  constexpr int kApart = 3;             // cells by which combs lie unlike each other
+  constexpr double kMinShare = 0.82;  // of the darkest comb; one tool's differ by 0.14 at most
+  constexpr double kMinOpen = 0.3;    // of a comb's cells: fewer are the rims of known lines
+  constexpr int kApart = 3;           // cells by which combs lie unlike each other
   const double whole_cells = 3.0 * 2 * plan_.settings.teeth *
                              (plan_.settings.leg_length_mm - 2 * kLegEnd_mm) / kInkCell_mm;
   double least = 1e9;
@@ -377,11 +377,11 @@ bool ToolSearch::IsEven(int tool, SheetPoint shift,
       const LegContrast legs = Contrast(comb, shift + PointAt(axis, by_mm, 0), explained);
       if (legs.contrast() > darkest.contrast()) darkest = legs;
     }
-    if (darkest.open_cells < kLeastOpen * whole_cells) continue;
+    if (darkest.open_cells < kMinOpen * whole_cells) continue;
     least = std::min(least, darkest.contrast());
     most = std::max(most, darkest.contrast());
   }
-  return least >= kLeastShare * most;
+  return least >= kMinShare * most;
 }
 
 SheetPoint ToolSearch::Refine(int tool, SheetPoint shift,
@@ -391,7 +391,7 @@ SheetPoint ToolSearch::Refine(int tool, SheetPoint shift,
   const int reach =
       kPlateau + static_cast<int>(std::lround(plan_.settings.leg_spacing_mm / kInkCell_mm));
   for (int pass = 0; pass < 2; ++pass) {
-    std::array<double, 2> most_open{};
+    std::array<double, 2> max_open{};
     SheetPoint refined = shift;
     for (const ToolComb& comb : CombsOf(plan_, tool)) {
       const Axis axis = plan_.structures[comb.structure].axis;
@@ -409,7 +409,7 @@ SheetPoint ToolSearch::Refine(int tool, SheetPoint shift,
         best_mm = by_mm;
       }
       // Uses the comb of each axis that known ink hides least.
-      double& most = most_open[is_x ? 0 : 1];
+      double& most = max_open[is_x ? 0 : 1];
       if (best_open <= most) continue;
       most = best_open;
       (is_x ? refined.u_mm : refined.v_mm) = Along(axis, shift) + best_mm;

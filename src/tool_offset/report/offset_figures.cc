@@ -163,7 +163,7 @@ Range Reach(const std::vector<Row>& rows) {
 }
 
 /// @param y  of the row's middle.
-void DrawWords(Canvas& canvas, const Row& row, double y) {
+void DrawText(Canvas& canvas, const Row& row, double y) {
   const bool broad = canvas.width_px() >= kFigureWidthPx;
   const TextStyle label{.size_px = broad ? 12.5 : 11.5,
                         .align = broad ? Align::kEnd : Align::kStart,
@@ -189,7 +189,7 @@ void DrawWords(Canvas& canvas, const Row& row, double y) {
 
 void DrawRow(Canvas& canvas, const Plot& plot, const Row& row, double middle_y) {
   const Color color = row.strong ? kVermilion : kBlue;
-  DrawWords(canvas, row, middle_y);
+  DrawText(canvas, row, middle_y);
   const double y = canvas.width_px() >= kFigureWidthPx ? middle_y : middle_y + 8;
   if (!row.value.good()) return;
   const Quantity& quantity = row.value.quantity();
@@ -264,14 +264,14 @@ void AddTool(const OffsetAnalysis& analysis, const to::CombinedTool& tool, std::
     // A tool with one bad axis has no result.
     const bool good = VerdictOf(tool) == Verdict::kGood;
     rows.push_back({fmt::format("T{} {}", tool.tool, is_x ? "dx" : "dy"),
-                    good ? OffsetWords(answer) : VerdictWords(VerdictOf(tool)),
+                    good ? OffsetText(answer) : VerdictText(VerdictOf(tool)),
                     good ? answer : Measured::Refused(ReasonOf(tool)), Zero(answer), true});
     if (analysis.scans.size() < 2 || !good) continue;
     for (const OffsetScan& scan : analysis.scans) {
       for (const to::ToolReading& reading : scan.result.tools) {
         if (reading.tool != tool.tool) continue;
         const Measured& value = is_x ? reading.dx_mm : reading.dy_mm;
-        rows.push_back({ScanName(analysis, scan), OffsetWords(value), value, Zero(answer), false});
+        rows.push_back({ScanName(analysis, scan), OffsetText(value), value, Zero(answer), false});
       }
     }
   }
@@ -293,7 +293,7 @@ Figure StructureOffsetsFigure(const OffsetScan& scan) {
   std::vector<Row> rows;
   for (const to::StructureReading& reading : scan.result.structures) {
     const bool shown = reading.offset_mm.good() && reading.expected_mm.has_value();
-    rows.push_back({reading.name, OffsetWords(reading.offset_mm),
+    rows.push_back({reading.name, OffsetText(reading.offset_mm),
                     shown ? reading.offset_mm : Measured::Refused("no value to compare"),
                     reading.expected_mm.value_or(0), false});
   }

@@ -16,7 +16,7 @@ namespace {
 namespace to = tool_offset;
 
 std::string Cell(const Measured& measured) {
-  if (!measured.good()) return VerdictWords(measured.verdict());
+  if (!measured.good()) return VerdictText(measured.verdict());
   const Quantity& quantity = measured.quantity();
   return ValueCell(ValueText(quantity.value, quantity.interval95, kOffsetMillimetres),
                    IntervalText(quantity.interval95, kOffsetMillimetres));
@@ -27,7 +27,7 @@ void AddRow(const OffsetRow& row, Table& table) {
   // A tool with one bad axis has no result.
   const bool shown = verdict == Verdict::kGood || row.kind != OffsetRowKind::kTool;
   table.Row({EscapeHtml(row.name), shown ? Cell(row.x) : "–", row.y && shown ? Cell(*row.y) : "–",
-             VerdictWords(verdict) + (row.remark.empty() ? "" : ", " + row.remark)});
+             VerdictText(verdict) + (row.remark.empty() ? "" : ", " + row.remark)});
   if (verdict != Verdict::kGood) table.Note(EscapeHtml(row.reason()));
   for (const std::string& notice : row.notices) table.Note(EscapeHtml(notice));
 }
@@ -116,7 +116,7 @@ int LeftOut(const to::Structure& structure, const to::StructureReading& reading)
 
 /// One line per structure.
 std::string StructureLine(const to::Structure& structure, const to::StructureReading& reading) {
-  std::string words = OffsetWords(reading.offset_mm);
+  std::string words = OffsetText(reading.offset_mm);
   if (reading.offset_mm.good()) {
     words += fmt::format(", residuals {:.1f} µm rms", reading.residual_rms_mm * kUmPerMm);
   } else {
@@ -130,7 +130,7 @@ std::string StructureLine(const to::Structure& structure, const to::StructureRea
 }
 
 /// Maximum number of scans drawn at every step: of more the page has only the numbers.
-constexpr std::size_t kMostDrawn = 5;
+constexpr std::size_t kMaxDrawn = 5;
 
 std::string ScanCards(const OffsetReportInput& input, std::size_t index, std::size_t step) {
   const OffsetScan& scan = input.analysis->scans[index];
@@ -139,7 +139,7 @@ std::string ScanCards(const OffsetReportInput& input, std::size_t index, std::si
       input.analysis->scans.size() > 1
           ? fmt::format("{} {} (sheet {})", photo ? "Photo" : "Scan", index + 1, scan.sheet)
           : std::string(photo ? "The photo" : "The scan");
-  const bool drawn = index < kMostDrawn || step + 1 < kPhotoSteps.size();
+  const bool drawn = index < kMaxDrawn || step + 1 < kPhotoSteps.size();
   std::string html =
       Card(name, fmt::format("<p class=\"facts\">{}</p>\n{}", EscapeHtml(ScanFacts(scan)),
                              drawn ? input.pictures[index].html[step] : ""));

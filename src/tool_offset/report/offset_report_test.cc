@@ -158,7 +158,7 @@ TEST(OffsetReport, APageOfManyScansStaysSmallEnoughToBeSent) {
     many.input.pictures.push_back(many.input.pictures.front());
   }
   const std::string page = OffsetReport(many.input);
-  EXPECT_LE(page.size(), kMostPageBytes);
+  EXPECT_LE(page.size(), kMaxPageBytes);
   EXPECT_EQ(test::XmlProblem(page), "");
   EXPECT_THAT(page, AllOf(HasSubstr("Scan 20 (sheet 1)"), HasSubstr("data:image/jpeg")));
 }

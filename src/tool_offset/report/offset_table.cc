@@ -184,9 +184,9 @@ std::string OffsetText(const OffsetAnalysis& analysis, const std::string& report
   return text;
 }
 
-std::string OffsetWords(const Measured& measured) {
+std::string OffsetText(const Measured& measured) {
   return measured.good() ? WithInterval(measured.quantity(), kOffsetMillimetres)
-                         : VerdictWords(measured.verdict());
+                         : VerdictText(measured.verdict());
 }
 
 }  // namespace trammel::report

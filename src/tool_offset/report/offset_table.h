@@ -78,6 +78,6 @@ struct OffsetRow {
                                      const std::string& report = "");
 
 /// "+0.3123 mm (95 %: +0.3102 to +0.3144 mm)", or the verdict.
-[[nodiscard]] std::string OffsetWords(const Measured& measured);
+[[nodiscard]] std::string OffsetText(const Measured& measured);
 
 }  // namespace trammel::report

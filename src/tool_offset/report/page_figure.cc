@@ -28,12 +28,12 @@ struct PageWindow {
 /// Draws the page's pixels: means over what one pixel of the picture covers.
 void DrawPage(Canvas& canvas, const PageView& page, const PageWindow& window) {
   constexpr double kDensity = 1.25;  // what a canvas keeps of a picture, px per px
-  constexpr int kMostSamples = 4;    // along each side of a pixel of the picture
+  constexpr int kMaxSamples = 4;     // along each side of a pixel of the picture
   const double density = std::clamp(window.px, 0.5, kDensity);
   Frame picture(std::max(1, static_cast<int>(std::lround(window.to.width * density))),
                 std::max(1, static_cast<int>(std::lround(window.to.height * density))));
   const double covered = window.px / density;
-  const int samples = std::clamp(static_cast<int>(std::lround(covered)), 1, kMostSamples);
+  const int samples = std::clamp(static_cast<int>(std::lround(covered)), 1, kMaxSamples);
   const auto sampled = [&](int pixel, int sample, int size) {
     return std::min(static_cast<int>((pixel + (sample + 0.5) / samples) * covered), size - 1);
   };
@@ -131,10 +131,10 @@ double ReadableAngle(const PointPx& from, const PointPx& to) {
 
 void DrawBox(Canvas& canvas, const PageWindow& window, const to::SheetPlan& plan,
              const to::SheetOnPage& sheet) {
-  constexpr std::size_t kMostPlaces = 300;
+  constexpr std::size_t kMaxPlaces = 300;
   HaloLine(canvas, Outline(window, sheet.map, {}, plan.width_mm / 2, plan.height_mm / 2),
            {.color = kBlue, .width_px = 1.4});
-  const std::size_t step = std::max<std::size_t>(1, sheet.box_places.size() / kMostPlaces);
+  const std::size_t step = std::max<std::size_t>(1, sheet.box_places.size() / kMaxPlaces);
   for (std::size_t i = 0; i < sheet.box_places.size(); i += step) {
     canvas.Circle(window.At(sheet.box_places[i].place), 1.3, kVermilion);
   }
@@ -193,7 +193,7 @@ void DrawStructures(Canvas& canvas, const PageWindow& window, const to::SheetPla
     const PointPx to = window.At(map.ToPage({structure.middle.u_mm + (is_x ? half_long : 0),
                                              structure.middle.v_mm + (is_x ? 0 : half_long)}));
     TagText(canvas, from,
-            reading.name + (good ? "" : ": " + VerdictWords(reading.offset_mm.verdict())),
+            reading.name + (good ? "" : ": " + VerdictText(reading.offset_mm.verdict())),
             {.size_px = TagPx(canvas), .bold = true, .angle_rad = ReadableAngle(from, to)});
   }
 }

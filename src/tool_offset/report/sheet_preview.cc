@@ -112,10 +112,10 @@ void VisitAll(const to::SheetPlan& plan, const LegVisitor& visit) {
 }
 
 void DrawLeg(Canvas& canvas, const to::SheetPlan& plan, int tool, const PointPx& from,
-             const PointPx& to, double px_per_mm, double least_px) {
+             const PointPx& to, double px_per_mm, double min_px) {
   const PointPx path[] = {from, to};
   canvas.Polyline(path, {.color = ToolColor(plan.settings, tool),
-                         .width_px = std::max(least_px, plan.settings.line_width_mm * px_per_mm),
+                         .width_px = std::max(min_px, plan.settings.line_width_mm * px_per_mm),
                          .round_ends = true});
 }
 

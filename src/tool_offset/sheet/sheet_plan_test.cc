@@ -48,7 +48,7 @@ TEST(SheetPlan, EveryLegMovesTheBedAxisThatItMeasuresInTheCombsDirection) {
 }
 
 /// Computes a leg's shift by backlash of 60 µm in x and 40 µm in y, along the axis it measures.
-double ShiftByPlay_mm(const Leg& leg, Axis axis, double tilt_deg) {
+double ShiftByBacklash_mm(const Leg& leg, Axis axis, double tilt_deg) {
   const Point start = OnBed(leg.start, tilt_deg);
   const Point end = OnBed(leg.end, tilt_deg);
   const double x_mm = end.x_mm > start.x_mm ? -0.030 : 0.030;
@@ -61,14 +61,14 @@ double ShiftByPlay_mm(const Leg& leg, Axis axis, double tilt_deg) {
 TEST(SheetPlan, PlayOf60And40MicronsMovesTheCombsBy23Point8AsTheFactsSay) {
   const SheetPlan plan = PlanSheet(WithTools(2));
   const Structure& x = Named(plan, "backlash X 1");
-  const double low_mm = ShiftByPlay_mm(FingerLegs(plan, x, 0, 0)[0], x.axis, 15);
-  const double high_mm = ShiftByPlay_mm(FingerLegs(plan, x, 1, 0)[0], x.axis, 15);
+  const double low_mm = ShiftByBacklash_mm(FingerLegs(plan, x, 0, 0)[0], x.axis, 15);
+  const double high_mm = ShiftByBacklash_mm(FingerLegs(plan, x, 1, 0)[0], x.axis, 15);
   EXPECT_NEAR(low_mm, -0.0238, 5e-6);
   EXPECT_NEAR(high_mm, 0.0238, 5e-6);
   // Equal directions: both combs move together and nothing is seen.
   const Structure& control = Named(plan, "control X+");
-  EXPECT_EQ(ShiftByPlay_mm(FingerLegs(plan, control, 0, 0)[0], x.axis, 15),
-            ShiftByPlay_mm(FingerLegs(plan, control, 1, 0)[0], x.axis, 15));
+  EXPECT_EQ(ShiftByBacklash_mm(FingerLegs(plan, control, 0, 0)[0], x.axis, 15),
+            ShiftByBacklash_mm(FingerLegs(plan, control, 1, 0)[0], x.axis, 15));
 }
 
 TEST(SheetPlan, SelfTestsMoveEachStructureByAnOffsetOfItsOwn) {

@@ -83,9 +83,9 @@ namespace {
 using Problem = std::optional<settings::SettingProblem>;
 
 /// Backlash of an axis that is taken up before a leg begins: twice that of worn belts.
-constexpr double kMostPlay_mm = 0.2;
+constexpr double kMaxBacklash_mm = 0.2;
 /// Minimum white between a finger and the next for a reader: 6 px at 300 dpi.
-constexpr double kLeastGap_mm = 0.5;
+constexpr double kMinGap_mm = 0.5;
 
 Problem InSheet(const char* key, std::string message) {
   return settings::SettingProblem{std::string(kSheetSection), key, std::move(message)};
@@ -104,15 +104,15 @@ Problem CheckFields(const SheetSettings& settings) {
 }
 
 Problem CheckTools(const SheetSettings& settings) {
-  constexpr std::size_t kMostTools = 8;
+  constexpr std::size_t kMaxTools = 8;
   const std::vector<int>& tools = settings.tools;
   if (settings.self_test && tools.size() != 1) {
     return InSheet("tools", fmt::format("{} tools; a self-test has one", tools.size()));
   }
-  if (!settings.self_test && (tools.size() < 2 || tools.size() > kMostTools)) {
+  if (!settings.self_test && (tools.size() < 2 || tools.size() > kMaxTools)) {
     return InSheet("tools", fmt::format("{} tool(s); a sheet has 2 ... {}, the reference among "
                                         "them (one alone: self_test = true)",
-                                        tools.size(), kMostTools));
+                                        tools.size(), kMaxTools));
   }
   std::set<int> seen;
   for (const int tool : tools) {
@@ -145,24 +145,24 @@ Problem CheckTools(const SheetSettings& settings) {
 double UpToHundredths(double value) { return std::ceil(value * 100 - 1e-6) / 100; }
 
 Problem CheckCombs(const SheetSettings& settings) {
-  constexpr double kLeastAlone_mm = 1;  // leg length with only its own comb
+  constexpr double kMinAlone_mm = 1;  // leg length with only its own comb
   constexpr double kLargestSelfTest_mm = 0.5;
-  constexpr double kLeastTilt_deg = 5;
+  constexpr double kMinTilt_deg = 5;
   if (settings.controls % 2 != 0) {
     return InSheet("controls", fmt::format("{} cannot be halved between both directions; take {}",
                                            settings.controls, settings.controls + 1));
   }
-  if (std::abs(settings.tilt_deg) < kLeastTilt_deg) {
+  if (std::abs(settings.tilt_deg) < kMinTilt_deg) {
     return InSheet("tilt", fmt::format("{}° is less than {}° either way: legs would run along one "
                                        "axis and leave the other's belt slack",
-                                       settings.tilt_deg, kLeastTilt_deg));
+                                       settings.tilt_deg, kMinTilt_deg));
   }
-  if (settings.overlap_mm > settings.leg_length_mm - kLeastAlone_mm) {
+  if (settings.overlap_mm > settings.leg_length_mm - kMinAlone_mm) {
     return InSheet("overlap",
                    fmt::format("{} mm is above {} mm: of leg_length = {} mm at least {} "
                                "mm have to stand alone",
-                               settings.overlap_mm, settings.leg_length_mm - kLeastAlone_mm,
-                               settings.leg_length_mm, kLeastAlone_mm));
+                               settings.overlap_mm, settings.leg_length_mm - kMinAlone_mm,
+                               settings.leg_length_mm, kMinAlone_mm));
   }
   if (settings.leg_spacing_mm < settings.line_width_mm) {
     return InSheet(
@@ -171,37 +171,37 @@ Problem CheckCombs(const SheetSettings& settings) {
                     settings.leg_spacing_mm, settings.line_width_mm));
   }
   const double gap_mm = settings.pitch_mm / 2 - settings.leg_spacing_mm - settings.line_width_mm;
-  const double least_mm = kLeastGap_mm + (settings.self_test ? kLargestSelfTest_mm / 2 : 0);
+  const double min_mm = kMinGap_mm + (settings.self_test ? kLargestSelfTest_mm / 2 : 0);
   constexpr double kRounding_mm = 1e-9;
-  if (gap_mm < least_mm - kRounding_mm) {
+  if (gap_mm < min_mm - kRounding_mm) {
     return InSheet("pitch",
                    fmt::format("{} mm leaves {:.3f} mm between fingers of both combs, at least {} "
                                "mm; take {:.4g} mm or more, or narrower fingers",
-                               settings.pitch_mm, gap_mm, least_mm,
-                               UpToHundredths(settings.pitch_mm + 2 * (least_mm - gap_mm))));
+                               settings.pitch_mm, gap_mm, min_mm,
+                               UpToHundredths(settings.pitch_mm + 2 * (min_mm - gap_mm))));
   }
   const double run_in_mm =
-      kMostPlay_mm / std::sin(std::abs(settings.tilt_deg) * std::numbers::pi / 180);
+      kMaxBacklash_mm / std::sin(std::abs(settings.tilt_deg) * std::numbers::pi / 180);
   if (settings.run_in_mm < run_in_mm) {
     return InSheet("run_in", fmt::format("{} mm is below {:.4g} mm: turned by {}°, less does not "
                                          "take up {} mm of play in both axes",
                                          settings.run_in_mm, UpToHundredths(run_in_mm),
-                                         settings.tilt_deg, kMostPlay_mm));
+                                         settings.tilt_deg, kMaxBacklash_mm));
   }
   return std::nullopt;
 }
 
 Problem CheckPrinter(const SheetSettings& settings) {
-  constexpr double kLeastHop_mm = 0.2;
+  constexpr double kMinHop_mm = 0.2;
   if (Problem problem = settings::FindBeadProblem(
           settings.printer, kSheetSection, settings.layer_height_mm, settings.line_width_mm)) {
     return problem;
   }
-  if (settings.printer.z_hop_mm < kLeastHop_mm) {
+  if (settings.printer.z_hop_mm < kMinHop_mm) {
     return settings::SettingProblem{
         "printer", "z_hop",
         fmt::format("{} mm is below {} mm: the nozzle would drag through lines and paper",
-                    settings.printer.z_hop_mm, kLeastHop_mm)};
+                    settings.printer.z_hop_mm, kMinHop_mm)};
   }
   return settings::FindParkProblem(settings.printer);
 }

@@ -111,7 +111,7 @@ void MoonrakerPrinter::OnUsable(std::function<void()> done) {
           const std::lock_guard lock(mutex_);
           macros_ = objects.empty() ? std::nullopt : std::optional(std::move(macros));
           clock_.Reset();
-          BeginHearing(/*moves_ended=*/false);
+          BeginSubscription(/*moves_ended=*/false);
         }
         Subscribe(objects, done);
       });
@@ -175,7 +175,7 @@ void MoonrakerPrinter::OnNotification(const std::string& method, const json& par
     }
   } else if (method == "notify_klippy_disconnected") {
     const std::lock_guard lock(mutex_);
-    BeginHearing(/*moves_ended=*/true);
+    BeginSubscription(/*moves_ended=*/true);
   } else {
     std::function<void(const json&)> callback;
     {

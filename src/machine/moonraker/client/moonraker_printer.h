@@ -53,7 +53,7 @@ class MoonrakerPrinter : public Printer {
                       const WaitLimit& limit) override;
   Result<void> UploadConfig(const std::string& name, std::string_view data,
                             const WaitLimit& limit) override;
-  Result<std::string> DownloadConfig(const std::string& name, std::size_t most_bytes,
+  Result<std::string> DownloadConfig(const std::string& name, std::size_t max_bytes,
                                      const WaitLimit& limit) override;
   Result<void> DeleteFile(const std::string& name, const WaitLimit& limit) override;
   Result<void> StartPrint(const std::string& name, const WaitLimit& limit) override;
@@ -68,7 +68,8 @@ class MoonrakerPrinter : public Printer {
   void SendEvent(const std::string& event, nlohmann::json data) override;
   Result<ClockRelation> Clock(double wanted_uncertainty_s, const WaitLimit& limit) override;
   Result<void> RecordMoves(const WaitLimit& limit) override;
-  std::vector<TrapezoidMove> MovesTold(double from_print_time_s, double to_print_time_s) override;
+  std::vector<TrapezoidMove> ReportedMoves(double from_print_time_s,
+                                           double to_print_time_s) override;
   Result<std::vector<TrapezoidMove>> Moves(double from_print_time_s, double to_print_time_s,
                                            const WaitLimit& limit) override;
 
@@ -109,7 +110,7 @@ class MoonrakerPrinter : public Printer {
   void TakeMoves(const nlohmann::json& batch);
   /// Resets the reception for a new link or Klipper.
   /// @param moves_ended  the print time is new, too: clears the moves
-  void BeginHearing(bool moves_ended);
+  void BeginSubscription(bool moves_ended);
 
   /// Waits until `ready` is true (called with the lock) or the limit; returns `ready`.
   template <class Predicate>
@@ -154,14 +155,14 @@ class MoonrakerPrinter : public Printer {
   RequestHandler on_request_;
   PrintClock clock_;
   /// Unrequested moves, since the link or Klipper began.
-  struct Hearing {
+  struct Subscription {
     bool asked = false;
     bool heard = false;
     std::uint64_t batches = 0;
     std::optional<double> moving_since_s;  ///< eventtime
   };
   MoveLog moves_;
-  Hearing hearing_;
+  Subscription hearing_;
   bool recording_moves_ = false;
   std::string moves_method_;  ///< the remote method that brings moves
   int status_updates_ = 0;

@@ -12,7 +12,7 @@ namespace trammel::machine {
 namespace {
 
 constexpr double kWindow_s = 120;  // host time that samples are kept for
-constexpr std::size_t kMostSamples = 1000;
+constexpr std::size_t kMaxSamples = 1000;
 // Of two crystals against each other, with time slewing; where no line within it agrees, ten times
 // as much is allowed, then any rate.
 constexpr double kDrift = 1.5e-4;
@@ -45,17 +45,17 @@ struct Reading {
 /// Returns the part of a convex polygon where sign · (offset + rate · a − b) <= 0.
 Polygon Clip(const Polygon& polygon, double a_s, double b_s, double sign) {
   Polygon kept;
-  const auto excess = [&](const Line& line) {
+  const auto surplus = [&](const Line& line) {
     return sign * (line.offset_s + line.rate * a_s - b_s);
   };
   for (std::size_t i = 0; i < polygon.size(); ++i) {
     const Line& here = polygon[i];
     const Line& next = polygon[(i + 1) % polygon.size()];
-    const double excess_here = excess(here);
-    const double excess_next = excess(next);
-    if (excess_here <= 0) kept.push_back(here);
-    if ((excess_here < 0 && excess_next > 0) || (excess_here > 0 && excess_next < 0)) {
-      const double part = excess_here / (excess_here - excess_next);
+    const double surplus_here = surplus(here);
+    const double surplus_next = surplus(next);
+    if (surplus_here <= 0) kept.push_back(here);
+    if ((surplus_here < 0 && surplus_next > 0) || (surplus_here > 0 && surplus_next < 0)) {
+      const double part = surplus_here / (surplus_here - surplus_next);
       kept.push_back({here.offset_s + part * (next.offset_s - here.offset_s),
                       here.rate + part * (next.rate - here.rate)});
     }
@@ -134,9 +134,9 @@ Polygon AgreeingRoughly(const std::vector<Reading>& readings, double slowest, do
   if (!Agreeing(readings, slowest, fastest, 0.5 * kSlack_s).empty()) {
     return Agreeing(readings, slowest, fastest, kSlack_s);
   }
-  for (double least_s = kSlack_s; least_s <= kRoughest_s; least_s *= 2) {
-    if (!Agreeing(readings, slowest, fastest, least_s).empty()) {
-      return Agreeing(readings, slowest, fastest, 4 * least_s);
+  for (double min_s = kSlack_s; min_s <= kRoughest_s; min_s *= 2) {
+    if (!Agreeing(readings, slowest, fastest, min_s).empty()) {
+      return Agreeing(readings, slowest, fastest, 4 * min_s);
     }
   }
   return {};
@@ -165,7 +165,7 @@ void PrintClock::Add(const ClockSample& sample) {
     return;
   }
   samples_.push_back(sample);
-  while (samples_.size() > kMostSamples ||
+  while (samples_.size() > kMaxSamples ||
          samples_.front().received_s < sample.received_s - kWindow_s) {
     samples_.pop_front();
   }

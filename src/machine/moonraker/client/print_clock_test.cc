@@ -16,7 +16,7 @@ namespace {
 struct World {
   double event_rate = 1;  ///< server's clock relative to ours
   double print_rate = 1;  ///< print time relative to the server's clock
-  double least_delay_s = 5e-4;
+  double min_delay_s = 5e-4;
   double jitter_s = 0.05;            ///< uniform, on top, per message and direction
   double reading_jitter_s = 1.2e-4;  ///< standard deviation of a print time; cut at twice that
   double reading_late_s = 0;         ///< a print time may be older than its message by 0 … this
@@ -58,7 +58,7 @@ class Listener {
   [[nodiscard]] double now_s() const { return now_s_; }
 
  private:
-  double Delay() { return world_.least_delay_s + random_.Uniform(0, world_.jitter_s); }
+  double Delay() { return world_.min_delay_s + random_.Uniform(0, world_.jitter_s); }
 
   ClockSample Read(std::optional<double> sent_s) {
     const double reading_s = std::clamp(random_.Normal(0, world_.reading_jitter_s),
@@ -127,7 +127,7 @@ TEST(PrintClock, RoughReadingsWidenTheBoundInsteadOfEscapingIt) {
   // The fastest message's own delay and its reading's age are unobservable. For 240 messages with
   // delays of up to 1 ms and readings up to 4 ms old: their least sum is about sqrt(2 * 1 ms * 4 ms
   // / 240).
-  constexpr double kLeastLate_s = 2e-4;
+  constexpr double kMinLate_s = 2e-4;
   double worst_bound_s = 0;
   for (const double late_s : {0.001, 0.002, 0.004}) {
     for (std::uint64_t seed = 1; seed <= kWorlds; ++seed) {
@@ -145,7 +145,7 @@ TEST(PrintClock, RoughReadingsWidenTheBoundInsteadOfEscapingIt) {
         const double host_s = now_s - ago_s;
         const double bound_s = relation->PrintTimeBound(host_s);
         EXPECT_LE(std::abs(relation->PrintTimeOf(host_s) - world.Print(host_s)),
-                  bound_s + world.least_delay_s + kLeastLate_s)
+                  bound_s + world.min_delay_s + kMinLate_s)
             << "readings up to " << late_s << " s old, seed " << seed << ", " << ago_s << " s ago";
         worst_bound_s = std::max(worst_bound_s, bound_s);
       }

@@ -72,7 +72,7 @@ std::string MultipartBody(const std::string& boundary, std::string_view root,
 /// @param more  header lines
 Result<FileAnswer> Send(const char* verb, const std::string& path, const std::string& more,
                         std::string_view body, const MoonrakerAddress& address,
-                        const MoonrakerOptions& options, std::size_t most_bytes,
+                        const MoonrakerOptions& options, std::size_t max_bytes,
                         const WaitLimit& limit) {
   const double deadline_s = HostNow() + limit.time_limit_s;
   std::string request = fmt::format(
@@ -96,7 +96,7 @@ Result<FileAnswer> Send(const char* verb, const std::string& path, const std::st
   const auto server = answer->head.fields.find("server");
   FileAnswer told{answer->head.status, server == answer->head.fields.end() ? "" : server->second,
                   ""};
-  auto read = ReadHttpBody(*std::move(answer), most_bytes, deadline_s, limit.stop);
+  auto read = ReadHttpBody(*std::move(answer), max_bytes, deadline_s, limit.stop);
   if (!read) return about(read.error());
   told.body = *std::move(read);
   return told;
@@ -160,18 +160,17 @@ Result<MoonrakerPrinter::WebServer> MoonrakerPrinter::WebPlace(const WaitLimit& 
   return web;
 }
 
-Result<std::string> MoonrakerPrinter::DownloadConfig(const std::string& name,
-                                                     std::size_t most_bytes,
+Result<std::string> MoonrakerPrinter::DownloadConfig(const std::string& name, std::size_t max_bytes,
                                                      const WaitLimit& limit) {
   TRY(CheckFileName(name));
   const auto web = TRY(WebPlace(limit));
   Result<FileAnswer> answer =
-      Send("GET", "config/" + Escaped(name), "", "", web.address, web.options, most_bytes, limit);
+      Send("GET", "config/" + Escaped(name), "", "", web.address, web.options, max_bytes, limit);
   if (!answer && answer.error().kind == ErrorKind::kInput) {
-    return Fail(fmt::format(
-        "{} has more than the {:.0f} MiB that are read of a file ({}): store a "
-        "smaller one",
-        name, std::ldexp(static_cast<double>(most_bytes), -20), answer.error().message));
+    return Fail(
+        fmt::format("{} has more than the {:.0f} MiB that are read of a file ({}): store a "
+                    "smaller one",
+                    name, std::ldexp(static_cast<double>(max_bytes), -20), answer.error().message));
   }
   if (!answer) {
     return Fail(fmt::format("cannot download {}: {}", name, answer.error().message),
@@ -205,8 +204,8 @@ Result<void> MoonrakerPrinter::Store(std::string_view root, const std::string& n
   const std::string head =
       fmt::format("Content-Type: multipart/form-data; boundary={}\r\nContent-Length: {}\r\n",
                   boundary, form.size());
-  constexpr std::size_t kMostAnswer = std::size_t{1} << 20U;
-  const auto answer = TRY(Send("POST", "upload", head, form, address, options, kMostAnswer, limit));
+  constexpr std::size_t kMaxAnswer = std::size_t{1} << 20U;
+  const auto answer = TRY(Send("POST", "upload", head, form, address, options, kMaxAnswer, limit));
   if (answer.status == 201 || answer.status == 200) return {};
   const json body = ParseBoundedJson(answer.body, "the answer").value_or(json());
   const std::string words = TextOr(ObjectOr(body, "error"), "message", "");

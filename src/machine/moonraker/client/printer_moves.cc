@@ -20,7 +20,7 @@ namespace {
 constexpr double kBatch_s = 0.5;       // Klipper tells moves in batches of so much time
 constexpr double kAfterMoves_s = 1.0;  // a batch later, and its way
 constexpr double kFirstBatch_s = 2.0;  // a motion that is not told by then is told to nobody
-constexpr int kMostNames = 9;
+constexpr int kMaxNames = 9;
 constexpr const char* kMovesMethod = "moves";  // batches over our own connection
 
 constexpr double kOwnConnection_s = 5;  // before one through Moonraker is taken instead
@@ -55,7 +55,7 @@ Result<void> MoonrakerPrinter::RecordMoves(const WaitLimit& limit) {
       recording_moves_ = true;
       return {};
     }
-    if (number == kMostNames ||
+    if (number == kMaxNames ||
         registered.error().message.find("already registered") == std::string::npos) {
       return registered;
     }
@@ -121,13 +121,13 @@ void MoonrakerPrinter::TakeMoves(const json& batch) {
   ++hearing_.batches;
 }
 
-void MoonrakerPrinter::BeginHearing(bool moves_ended) {
+void MoonrakerPrinter::BeginSubscription(bool moves_ended) {
   hearing_ = {};
   if (moves_ended) moves_.Clear();
 }
 
-std::vector<TrapezoidMove> MoonrakerPrinter::MovesTold(double from_print_time_s,
-                                                       double to_print_time_s) {
+std::vector<TrapezoidMove> MoonrakerPrinter::ReportedMoves(double from_print_time_s,
+                                                           double to_print_time_s) {
   const std::lock_guard lock(mutex_);
   TRAMMEL_CHECK(recording_moves_, "MovesTold({}, {}) before RecordMoves", from_print_time_s,
                 to_print_time_s);

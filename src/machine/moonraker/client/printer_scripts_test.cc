@@ -30,7 +30,7 @@ TEST_F(MoonrakerPrinterTest, AComplaintFailsTheScriptThoughTheAnswerIsOk) {
              {"does not know 'FOO_BAR'", "line 2, 'FOO_BAR X=1'"}},
         Case{"// Unknown command:\"SET_LAZER\"", "laser_on", {"SET_LAZER", "macro"}},
         Case{"!! laser interlock open", "LASER_ON", {"laser interlock open"}}}) {
-    ScriptSays({GcodeResponse(one.said)});
+    ScriptAnswers({GcodeResponse(one.said)});
     const std::string error = RunError(one.script);
     for (const std::string& word : one.words) EXPECT_THAT(error, HasSubstr(word));
     EXPECT_THAT(error, Not(HasSubstr("messages"))) << "the conversation is quoted on request alone";
@@ -39,7 +39,7 @@ TEST_F(MoonrakerPrinterTest, AComplaintFailsTheScriptThoughTheAnswerIsOk) {
 
 TEST_F(MoonrakerPrinterTest, AnotherClientsUnknownCommandDoesNotCount) {
   Connect();
-  ScriptSays({GcodeResponse("// Unknown command:\"TYPO\"")});
+  ScriptAnswers({GcodeResponse("// Unknown command:\"TYPO\"")});
   const Result<void> ran = printer_->Run("G28 X\nM400", kPatience);
   EXPECT_TRUE(ran) << ran.error().message;
 }
@@ -66,7 +66,7 @@ TEST_F(MoonrakerPrinterTest, AnErrorNamesTheScriptTheReasonAndARemedy) {
 
 TEST_F(MoonrakerPrinterTest, AScriptThatOutlastsItsTimeIsNamedAndCounted) {
   Connect();
-  ScriptSays({}, /*answered=*/false);
+  ScriptAnswers({}, /*answered=*/false);
   EXPECT_THAT(RunError("G4 P20000", kShort),
               AllOf(HasSubstr("did not finish 'G4 P20000' within 0.1 s"),
                     HasSubstr("still running on the printer")));
@@ -78,7 +78,7 @@ TEST_F(MoonrakerPrinterTest, AScriptThatOutlastsItsTimeIsNamedAndCounted) {
 
 TEST_F(MoonrakerPrinterTest, StopEndsAScriptsWaitAtOnceAndSaysThatItRuns) {
   Connect();
-  ScriptSays({}, /*answered=*/false);
+  ScriptAnswers({}, /*answered=*/false);
   std::stop_source source;
   auto running = std::async(std::launch::async, [&] {
     return printer_->Run("G4 P20000", {.time_limit_s = 60, .stop = source.get_token()});
@@ -94,7 +94,7 @@ TEST_F(MoonrakerPrinterTest, StopEndsAScriptsWaitAtOnceAndSaysThatItRuns) {
 
 TEST_F(MoonrakerPrinterTest, AShutdownCutsARunningScriptOffThoughItsAnswerIsOk) {
   Connect();
-  ScriptSays({}, /*answered=*/false);
+  ScriptAnswers({}, /*answered=*/false);
   auto running = std::async(std::launch::async, [&] { return printer_->Run("G28", kPatience); });
   const json request = server_.WaitForRequest("printer.gcode.script");
   server_.Push(StatusUpdate(
@@ -112,7 +112,7 @@ TEST_F(MoonrakerPrinterTest, AShutdownCutsARunningScriptOffThoughItsAnswerIsOk) 
 
 TEST_F(MoonrakerPrinterTest, ALostLinkFailsTheScriptAndIsTakenUpAgain) {
   Connect();
-  ScriptSays({}, /*answered=*/false);
+  ScriptAnswers({}, /*answered=*/false);
   auto running = std::async(std::launch::async, [&] { return printer_->Run("G28", kPatience); });
   EXPECT_FALSE(server_.WaitForRequest("printer.gcode.script").is_null());
   server_.BreakConnections();
@@ -122,7 +122,7 @@ TEST_F(MoonrakerPrinterTest, ALostLinkFailsTheScriptAndIsTakenUpAgain) {
               AllOf(HasSubstr("lost the connection"), HasSubstr("goes on running")));
   EXPECT_FALSE(server_.WaitForRequest("printer.objects.subscribe", 2).is_null());
   ASSERT_TRUE(printer_->WaitUntilReady(kPatience));
-  ScriptSays({});
+  ScriptAnswers({});
   EXPECT_TRUE(printer_->Run("M400", kPatience));
 }
 
@@ -139,7 +139,7 @@ TEST_F(MoonrakerPrinterTest, SubscribesAgainAfterARestart) {
 
 TEST_F(MoonrakerPrinterTest, AnEmergencyStopDoesNotQueueBehindAScript) {
   Connect();
-  ScriptSays({}, /*answered=*/false);
+  ScriptAnswers({}, /*answered=*/false);
   auto running = std::async(std::launch::async, [&] { return printer_->Run("G28", kPatience); });
   EXPECT_FALSE(server_.WaitForRequest("printer.gcode.script").is_null());
   server_.Handle("printer.emergency_stop", [](const json& request) {

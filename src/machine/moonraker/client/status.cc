@@ -43,9 +43,9 @@ constexpr Range kRatio{0, 1};
 constexpr Range kTime_s{0, 100};  // pressure advance and its smoothing
 constexpr Range kTemperature_c{-300, 5000};
 constexpr Range kTarget_c{0, 2000};
-constexpr std::size_t kMostHeaters = 100;
-constexpr std::size_t kMostMotors = 100;  // extruder motors
-constexpr std::size_t kMostDevices = kMostHeaters + kMostMotors + 1;
+constexpr std::size_t kMaxHeaters = 100;
+constexpr std::size_t kMaxMotors = 100;  // extruder motors
+constexpr std::size_t kMaxDevices = kMaxHeaters + kMaxMotors + 1;
 constexpr std::size_t kLongestName = 100;
 constexpr std::size_t kLongestText = 2000;
 constexpr std::size_t kLongestList = 2000;
@@ -157,7 +157,7 @@ void ReadGcode(Reader& reader, GcodeModes& modes) {
 void ReadHeater(Reader& reader, const std::string& name, PrinterState& state) {
   const auto temperature_c = reader.Within(name, "temperature", kTemperature_c);
   const double target_c = reader.Within(name, "target", kTarget_c, 0);
-  if (!temperature_c || !reader.Room("heaters", state.heaters.size(), kMostHeaters)) return;
+  if (!temperature_c || !reader.Room("heaters", state.heaters.size(), kMaxHeaters)) return;
   Heater& heater = state.heaters[name];
   heater.temperature_c = *temperature_c;
   heater.target_c = target_c;
@@ -167,7 +167,7 @@ void ReadHeater(Reader& reader, const std::string& name, PrinterState& state) {
 // another's.
 void ReadPressureAdvance(Reader& reader, const std::string& name, PrinterState& state) {
   const auto advance_s = reader.Within(name, "pressure_advance", kTime_s);
-  if (!advance_s || !reader.Room("extruder motors", state.pressure_advance.size(), kMostMotors)) {
+  if (!advance_s || !reader.Room("extruder motors", state.pressure_advance.size(), kMaxMotors)) {
     return;
   }
   PressureAdvance& motor = state.pressure_advance[name];
@@ -215,7 +215,7 @@ json WantedObjects(const std::vector<std::string>& available) {
   for (const std::string& object : available) {
     if (!IsPlainName(object) || wanted.contains(object)) continue;
     const bool device = IsHeater(object) || IsExtruderStepper(object);
-    if (device && ++devices > kMostDevices) continue;
+    if (device && ++devices > kMaxDevices) continue;
     if (object == "toolhead") {
       want(object, {"homed_axes", "position", "print_time", "estimated_print_time", "axis_minimum",
                     "axis_maximum", "max_velocity", "max_accel", "max_accel_to_decel",

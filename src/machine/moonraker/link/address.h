@@ -32,7 +32,7 @@ struct MoonrakerOptions {
 };
 
 /// Of an incoming message, as a long configuration has 1 MB; and of outgoing ones that wait.
-inline constexpr std::size_t kMostMessageBytes = std::size_t{16} << 20;
+inline constexpr std::size_t kMaxMessageBytes = std::size_t{16} << 20;
 
 enum class Transport { kTcp, kTls, kUnix };
 

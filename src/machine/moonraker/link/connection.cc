@@ -161,7 +161,7 @@ Result<void> MoonrakerConnection::Send(std::string message) {
                 ErrorKind::kMachine);
   }
   const std::size_t bytes = message.size();
-  if (state_->queued_bytes + bytes > kMostMessageBytes) {
+  if (state_->queued_bytes + bytes > kMaxMessageBytes) {
     return Fail(
         fmt::format("{} does not read what we send: {} bytes wait already, {} more would be too "
                     "many; check the network and the load of the printer's computer",

@@ -135,11 +135,11 @@ class UnixLink : public QueuedLink {
     while (!bytes.empty()) {
       const std::size_t end = bytes.find(kEndOfMessage);
       incoming_.append(bytes.substr(0, end));
-      if (incoming_.size() > kMostMessageBytes) {
+      if (incoming_.size() > kMaxMessageBytes) {
         Down(fmt::format(
             "{} sent a message of more than {} bytes; is that moonraker.sock and not another "
             "program's socket?",
-            address_.unix_path, kMostMessageBytes));
+            address_.unix_path, kMaxMessageBytes));
         return false;
       }
       if (end == std::string_view::npos) return true;
@@ -207,7 +207,7 @@ class WebSocketLink : public QueuedLink {
       request.set(beast::http::field::user_agent, options_.client_name);
       if (!options_.api_key.empty()) request.set("X-Api-Key", options_.api_key);
     }));
-    socket_.read_message_max(kMostMessageBytes);
+    socket_.read_message_max(kMaxMessageBytes);
     socket_.text(true);
     socket_.async_handshake(answer_, address_.Authority(), address_.path_prefix + address_.endpoint,
                             Step([this](error_code error) { return UpgradeFailure(error); },
@@ -253,7 +253,7 @@ class WebSocketLink : public QueuedLink {
       return fmt::format(
           "{} sent a message of more than {} bytes, the most that is taken; that is no answer of "
           "a Moonraker",
-          address_.WebSocketUrl(), kMostMessageBytes);
+          address_.WebSocketUrl(), kMaxMessageBytes);
     }
     if (error == beast::error::timeout) {
       return fmt::format(

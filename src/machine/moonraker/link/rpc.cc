@@ -26,9 +26,9 @@ RpcAnswer RpcAnswer::Refused(int code, std::string message) {
 }
 
 RpcAnswer RpcAnswer::UnknownMethod(const std::string& method) {
-  constexpr std::size_t kMostQuoted = 80;  // characters of an external name
+  constexpr std::size_t kMaxQuoted = 80;  // characters of an external name
   return Refused(kUnknownMethod,
-                 "trammel has no method '" + Utf8OrReplaced(method, kMostQuoted) + "'");
+                 "trammel has no method '" + Utf8OrReplaced(method, kMaxQuoted) + "'");
 }
 
 RpcCalls::Message RpcCalls::Begin(const std::string& method, json params, Done done) {

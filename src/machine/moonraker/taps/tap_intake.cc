@@ -13,10 +13,10 @@ namespace {
 
 using nlohmann::json;
 
-constexpr double kAlongZ = 0.99;    // minimum z component of a direction along z
-constexpr double kGap_s = 1e-3;     // moves of one rise follow each other without more
-constexpr double kMostRise_mm = 1;  // more is a lift, or what homing does
-constexpr double kLeastRise_mm = 0.005;
+constexpr double kAlongZ = 0.99;   // minimum z component of a direction along z
+constexpr double kGap_s = 1e-3;    // moves of one rise follow each other without more
+constexpr double kMaxRise_mm = 1;  // more is a lift, or what homing does
+constexpr double kMinRise_mm = 0.005;
 constexpr double kLongestHalt_s = 5;  // between descent and rise
 constexpr double kBefore_s = 3;       // recorded part of the descent
 constexpr double kAfter_s = 0.25;     // of the rest after the rise that is kept
@@ -24,11 +24,11 @@ constexpr double kAfter_s = 0.25;     // of the rest after the rise that is kept
 constexpr double kMovesLate_s = 0.6;
 constexpr double kMovesSilent_s = 3;
 constexpr double kKept_s = 60;
-constexpr double kMostTime_s = 1e9;  // print time counts from the board's start
+constexpr double kMaxTime_s = 1e9;  // print time counts from the board's start
 /// Forces that step back by more come from a restarted clock.
 constexpr double kLongestRepeat_s = 2;
-constexpr std::size_t kMostSamples = 200'000;
-constexpr std::size_t kMostMoves = 20'000;
+constexpr std::size_t kMaxSamples = 200'000;
+constexpr std::size_t kMaxMoves = 20'000;
 
 double End(const TrapezoidMove& move) { return move.print_time_s + move.duration_s; }
 
@@ -58,7 +58,7 @@ void TapBuilder::AddForces(const json& batch) {
   for (const json& row : *data) {
     if (!row.is_array() || row.size() < 2 || !row[0].is_number() || !row[1].is_number()) continue;
     const Sample sample{row[0].get<double>(), row[1].get<double>()};
-    if (!(std::abs(sample.time_s) < kMostTime_s)) continue;
+    if (!(std::abs(sample.time_s) < kMaxTime_s)) continue;
     if (!samples_.empty() && sample.time_s < samples_.back().time_s - kLongestRepeat_s) Reset();
     if (!samples_.empty() && sample.time_s <= samples_.back().time_s) continue;
     samples_.push_back(sample);
@@ -74,7 +74,7 @@ void TapBuilder::AddMoves(const json& batch) {
 }
 
 void TapBuilder::Insert(const TrapezoidMove& move) {
-  if (!(std::abs(move.print_time_s) < kMostTime_s) || !(move.duration_s < kMostTime_s)) return;
+  if (!(std::abs(move.print_time_s) < kMaxTime_s) || !(move.duration_s < kMaxTime_s)) return;
   auto at = std::upper_bound(
       moves_.begin(), moves_.end(), move.print_time_s,
       [](double time_s, const TrapezoidMove& known) { return time_s < known.print_time_s; });
@@ -93,11 +93,11 @@ void TapBuilder::Insert(const TrapezoidMove& move) {
 void TapBuilder::Reset() { *this = TapBuilder(); }
 
 void TapBuilder::Forget() {
-  while (!samples_.empty() && (samples_.size() > kMostSamples ||
+  while (!samples_.empty() && (samples_.size() > kMaxSamples ||
                                samples_.front().time_s < samples_.back().time_s - kKept_s)) {
     samples_.pop_front();
   }
-  while (moves_.size() > kMostMoves ||
+  while (moves_.size() > kMaxMoves ||
          (!moves_.empty() && End(moves_.front()) < moves_.back().print_time_s - kKept_s)) {
     moves_.pop_front();
   }
@@ -117,7 +117,7 @@ bool TapBuilder::FindRise(std::size_t from, Found& found) const {
     while (down > 0 && moves_[down - 1].duration_s == 0) --down;
     const bool descended = down > 0 && moves_[down - 1].direction[2] < -kAlongZ &&
                            moves_[i].print_time_s - End(moves_[down - 1]) < kLongestHalt_s;
-    if (descended && rise_mm >= kLeastRise_mm && rise_mm <= kMostRise_mm) {
+    if (descended && rise_mm >= kMinRise_mm && rise_mm <= kMaxRise_mm) {
       std::size_t first = down - 1;
       while (first > 0 && moves_[first - 1].direction[2] < -kAlongZ && i - first < 8) --first;
       found = {first, i, end};
@@ -206,7 +206,7 @@ bool TapIntake::MissesMoves() {
   const bool missing = source_ != Source::kPrinter && builder_.MovesStayAway() && !missed_moves_;
   if (!missing) return false;
   missed_moves_ = true;
-  Tell("the printer's moves stay away; asking for them once more");
+  Notify("the printer's moves stay away; asking for them once more");
   return true;
 }
 
@@ -286,8 +286,8 @@ void TapIntake::TakeLine(const std::string& line, double received_s) {
   // Klipper reports success for a script with an unknown command, and mentions it only here.
   const std::size_t name = line.find("TRAMMEL_TAP");
   if (line.find("Unknown command:\"TRAMMEL_TAP") != std::string::npos) {
-    Tell("the printer does not know " + line.substr(name, line.find('"', name) - name) +
-         "; include klipper/trammel.cfg in its configuration");
+    Notify("the printer does not know " + line.substr(name, line.find('"', name) - name) +
+           "; include klipper/trammel.cfg in its configuration");
   }
 }
 

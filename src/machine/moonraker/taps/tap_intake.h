@@ -78,7 +78,7 @@ class TapIntake {
   void TakeStatus(const nlohmann::json& status, double received_s, bool first);
   void TakeLine(const std::string& line, double received_s);
   void TakeCall(const nlohmann::json& arguments, double received_s) const;
-  void Tell(const std::string& news) const { events_.on_news(news); }
+  void Notify(const std::string& news) const { events_.on_news(news); }
   /// Resets after print time restarted.
   void Restart();
   /// Notes that the printer has dump_taps; the first tap shows if it sends complete ones.

@@ -23,7 +23,7 @@ namespace {
 using nlohmann::json;
 
 constexpr double kListen_s = 1.5;  // forces come ten times a second
-constexpr int kMostTries = 5;      // per stream and Klipper session
+constexpr int kMaxTries = 5;       // per stream and Klipper session
 
 class MoonrakerTaps : public TapStream {
  public:
@@ -43,8 +43,8 @@ class MoonrakerTaps : public TapStream {
                     .on_readiness =
                         [this](PrinterReadiness readiness, const std::string& message) {
                           if (readiness == PrinterReadiness::kDisconnected) ++session_;
-                          intake_.Tell(fmt::format("the printer is {}{}{}", ToString(readiness),
-                                                   message.empty() ? "" : ": ", message));
+                          intake_.Notify(fmt::format("the printer is {}{}{}", ToString(readiness),
+                                                     message.empty() ? "" : ": ", message));
                         }}) {}
 
   ~MoonrakerTaps() override {
@@ -75,11 +75,11 @@ class MoonrakerTaps : public TapStream {
   }
 
   void Send(const std::string& script) override {
-    moonraker_.CallLater("printer.gcode.script", {{"script", script}},
-                         [this](const RpcAnswer& answer) {
-                           if (answer.kind == RpcAnswer::Kind::kResult) return;
-                           intake_.Tell(moonraker_.ToError("printer.gcode.script", answer).message);
-                         });
+    moonraker_.CallLater(
+        "printer.gcode.script", {{"script", script}}, [this](const RpcAnswer& answer) {
+          if (answer.kind == RpcAnswer::Kind::kResult) return;
+          intake_.Notify(moonraker_.ToError("printer.gcode.script", answer).message);
+        });
   }
 
   std::optional<double> NozzleTemperature() const override { return intake_.temperature_c(); }
@@ -92,13 +92,13 @@ class MoonrakerTaps : public TapStream {
   /// Uses the same names in every run: a subscription through Moonraker outlives the process, and
   /// the next run receives it. If another running trammel has them, ours end in a number.
   Result<void> RegisterStreams(const WaitLimit& limit) {
-    constexpr int kMostNames = 9;
+    constexpr int kMaxNames = 9;
     const std::string plain = prefix_;
     for (int number = 1;; ++number) {
       prefix_ = number == 1 ? plain : fmt::format("{}{}_", plain, number);
       auto first = moonraker_.RegisterRemoteMethod(prefix_ + "forces", limit);
       if (first) break;
-      if (!IsTaken(first.error()) || number == kMostNames) return first;
+      if (!IsTaken(first.error()) || number == kMaxNames) return first;
     }
     for (const char* stream : {"taps", "moves"}) {
       TRY(moonraker_.RegisterRemoteMethod(prefix_ + stream, limit));
@@ -121,8 +121,8 @@ class MoonrakerTaps : public TapStream {
   /// Retries after a while, unless Klipper's session has changed meanwhile. Finally reports the
   /// reason.
   void AskAgain(int tries, const std::string& why, std::function<void(int tries)> ask) {
-    if (tries >= kMostTries) {
-      return intake_.Tell(
+    if (tries >= kMaxTries) {
+      return intake_.Notify(
           fmt::format("the load cell's data do not come: {} (asked {} times; asked again when "
                       "Klipper restarts)",
                       why, tries));
@@ -143,7 +143,8 @@ class MoonrakerTaps : public TapStream {
           }
           const json* objects = Member(answer.result, "objects");
           const auto cell = FirstLoadCell(objects == nullptr ? json() : *objects);
-          if (!cell) return intake_.Tell("the printer has no [load_cell_probe] and no [load_cell]");
+          if (!cell)
+            return intake_.Notify("the printer has no [load_cell_probe] and no [load_cell]");
           AskSettings(1);
           SubscribeTo(*cell, 1);
         });
@@ -198,11 +199,11 @@ class MoonrakerTaps : public TapStream {
       return;
     }
     // After an earlier success, Klipper is only not ready yet.
-    if (came_through_ && tries < kMostTries) {
+    if (came_through_ && tries < kMaxTries) {
       return AskAgain(tries, failed->message, [this, cell](int next) { SubscribeTo(cell, next); });
     }
     if (came_through_) {
-      intake_.Tell(fmt::format(
+      intake_.Notify(fmt::format(
           "no connection of our own to Klipper for the load cell's data: {} (asked {} times; "
           "Moonraker is asked for them now)",
           failed->message, tries));

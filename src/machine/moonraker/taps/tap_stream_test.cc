@@ -64,7 +64,7 @@ std::vector<json> Forces(double from_s, double to_s) {
 }
 
 /// Events of a stream, for a test's thread.
-struct Heard {
+struct ReceivedTaps {
   std::mutex mutex;
   std::condition_variable changed;
   std::vector<json> taps, calls;
@@ -128,7 +128,7 @@ class TapStreamTest : public testing::Test {
 
   double connect_time_limit_s_ = 10;
   test::ScriptedMoonraker server_;
-  Heard heard_;
+  ReceivedTaps heard_;
 };
 
 using ::testing::IsEmpty;

@@ -13,7 +13,7 @@
 namespace trammel::pressure_advance {
 
 /// Laser line on the plate.
-struct StripeSight {
+struct StripeObservation {
   double width_px = 0;  ///< full width at half maximum, from its narrower side; 0: no line
   double peak = 0;      ///< grey levels of red over what is beside it
   double burnt_px = 0;  ///< width in which red is at the sensor's full scale, in the mean row
@@ -22,16 +22,16 @@ struct StripeSight {
 /// Examines the mean of some frames of a sweep near their upper and lower ends, where the plate is
 /// and the line does not move. Uses no line finder, which might follow another feature.
 /// @param frames  upright and cropped, at least one, all of one size
-[[nodiscard]] StripeSight SeeStripe(std::span<const BgrView> frames);
+[[nodiscard]] StripeObservation SeeStripe(std::span<const BgrView> frames);
 
 /// Returns why no line could be followed, if one is there but too wide for the picture; else empty.
-[[nodiscard]] std::string FaultOfWidth(const StripeSight& sight, int picture_width_px);
+[[nodiscard]] std::string FaultOfWidth(const StripeObservation& observation, int picture_width_px);
 
 /// Returns warnings about faults of a scan's laser line, in the median of its sweeps, each with its
 /// figure and the remedy; empty for a good line.
 /// @param px_per_mm  absent: the width is not checked
-[[nodiscard]] std::vector<std::string> NoticesOfSight(std::span<const StripeSight> sweeps,
-                                                      std::optional<double> px_per_mm);
+[[nodiscard]] std::vector<std::string> ObservationNotices(std::span<const StripeObservation> sweeps,
+                                                          std::optional<double> px_per_mm);
 
 struct FoundCrop {
   std::optional<PixelRect> crop;  ///< in coordinates of the recorded frame

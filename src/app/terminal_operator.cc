@@ -1,4 +1,4 @@
-#include "app/terminal_person.h"
+#include "app/terminal_operator.h"
 
 #include <fmt/format.h>
 #include <poll.h>
@@ -38,14 +38,14 @@ std::optional<bool> YesOrNo(std::string_view text) {
 
 }  // namespace
 
-TerminalPerson::TerminalPerson(std::stop_token stop, std::set<std::string> yes)
+TerminalOperator::TerminalOperator(std::stop_token stop, std::set<std::string> yes)
     : stop_(std::move(stop)),
       yes_(std::move(yes)),
       present_(isatty(STDIN_FILENO) != 0 && isatty(STDERR_FILENO) != 0) {}
 
-bool TerminalPerson::AnsweredBefore(const std::string& name) const { return yes_.contains(name); }
+bool TerminalOperator::AnsweredBefore(const std::string& name) const { return yes_.contains(name); }
 
-Result<void> TerminalPerson::CheckCanAnswer(const std::string& name) const {
+Result<void> TerminalOperator::CheckCanAnswer(const std::string& name) const {
   if (present_ || AnsweredBefore(name)) return {};
   return Fail(
       fmt::format("there is no terminal to ask at, and \"{0}\" has to be answered: run it in "
@@ -54,7 +54,7 @@ Result<void> TerminalPerson::CheckCanAnswer(const std::string& name) const {
 }
 
 // Returns a line typed so far; absent if there is none.
-Result<std::optional<std::string>> TerminalPerson::TakeLine() {
+Result<std::optional<std::string>> TerminalOperator::TakeLine() {
   for (;;) {
     const std::size_t end = typed_.find('\n');
     if (end != std::string::npos) {
@@ -75,8 +75,8 @@ Result<std::optional<std::string>> TerminalPerson::TakeLine() {
   }
 }
 
-Result<bool> TerminalPerson::Confirm(const procedure::Question& question,
-                                     const std::function<Result<void>()>& meanwhile) {
+Result<bool> TerminalOperator::Confirm(const procedure::Question& question,
+                                       const std::function<Result<void>()>& meanwhile) {
   if (AnsweredBefore(question.name)) {
     fmt::print(stderr, "{}: yes, by --yes {}\n", question.text, question.name);
     return true;
@@ -106,7 +106,7 @@ Result<bool> TerminalPerson::Confirm(const procedure::Question& question,
   }
 }
 
-Result<std::optional<std::string>> TerminalPerson::LineWithin(double time_s) {
+Result<std::optional<std::string>> TerminalOperator::LineWithin(double time_s) {
   const auto until = Clock::now() + std::chrono::duration<double>(time_s);
   for (;;) {
     if (stop_.stop_requested()) return Stopped();

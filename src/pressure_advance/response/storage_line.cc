@@ -1,4 +1,4 @@
-#include "pressure_advance/response/law_line.h"
+#include "pressure_advance/response/storage_line.h"
 
 #include <algorithm>
 #include <cmath>
@@ -139,18 +139,18 @@ const Unknown kOf[kLagUnknowns] = {
     {[](Lag& lag) -> double& { return lag.smear_mm; }, 0.02, 0.4, 0.2, 0.1, 1.5},
 };
 constexpr int kExponent = kOfLag + 1, kExponents = 4;
-constexpr double kLeastLag_s = 1e-4;
+constexpr double kMinLag_s = 1e-4;
 
 }  // namespace
 
-Lag LagOf(const LawVector& theta) {
+Lag LagOf(const StorageVector& theta) {
   Lag lag;
   for (int k = 0; k < kLagUnknowns; ++k) kOf[k].of(lag) = theta(kOfLag + k);
   return lag;
 }
 
 double LagSecondsAt(double lag_s, double drift, double along) {
-  return std::max(kLeastLag_s, lag_s * (1 + drift * along));
+  return std::max(kMinLag_s, lag_s * (1 + drift * along));
 }
 
 Lag Moved(const Lag& lag, int k, double& step) {
@@ -162,19 +162,19 @@ Lag Moved(const Lag& lag, int k, double& step) {
   return moved;
 }
 
-void Bound(LawVector& theta) {
+void Bound(StorageVector& theta) {
   for (int k = 0; k < kLagUnknowns; ++k) {
     theta(kOfLag + k) = std::clamp(theta(kOfLag + k), kOf[k].lo, kOf[k].hi);
   }
   theta(kDrift) = std::clamp(theta(kDrift), -1.0, 1.0);
 }
 
-LawPrior PriorOfLaw() {
+StoragePrior StoragePriorOf() {
   // 1 sigma
   constexpr double kTilts = 0.03, kDrifts = 0.2, kSwells = 0.02, kPowers = 0.07;
   constexpr double kPlaces_mm = 0.15;
   constexpr double kAnyExponent = 0.35, kChange = 0.3;  // their mean's, from stretch to stretch
-  LawPrior prior{LawVector::Zero(), LawMatrix::Zero()};
+  StoragePrior prior{StorageVector::Zero(), StorageMatrix::Zero()};
   prior.information(kTilt, kTilt) = 1 / Square(kTilts);
   prior.information(kDrift, kDrift) = 1 / Square(kDrifts);
   prior.information(kSwell, kSwell) = 1 / Square(kSwells);
@@ -184,11 +184,11 @@ LawPrior PriorOfLaw() {
     prior.mean(kOfLag + k) = kOf[k].mean;
     prior.information(kOfLag + k, kOfLag + k) = 1 / Square(kOf[k].sigma);
   }
-  LawVector mean = LawVector::Zero();
+  StorageVector mean = StorageVector::Zero();
   mean.segment(kExponent, kExponents).setConstant(1.0 / kExponents);
   prior.information += mean * mean.transpose() / Square(kAnyExponent);
   for (int k = kExponent + 1; k < kExponent + kExponents; ++k) {
-    LawVector change = LawVector::Zero();
+    StorageVector change = StorageVector::Zero();
     change(k) = 1;
     change(k - 1) = -1;
     prior.information += change * change.transpose() / Square(kChange);
@@ -211,12 +211,12 @@ double PerPower(double laid) {
   return laid > 0 ? std::min(laid, kMost) * std::log(std::min(laid, kMost)) : 0;
 }
 
-VectorXd Read(const LawState& state, const VectorXd& laid) {
+VectorXd Read(const StorageState& state, const VectorXd& laid) {
   return laid.unaryExpr(
       [&](double area) { return ReadArea(area, state.theta(kSwell), state.theta(kPower)); });
 }
 
-VectorXd LevelOf(const LawState& state, const VectorXd& tilt) {
+VectorXd LevelOf(const StorageState& state, const VectorXd& tilt) {
   return state.theta(kLevel) * (1 + state.theta(kTilt) * tilt.array());
 }
 
@@ -230,7 +230,8 @@ VectorXd SlopeOf(const VectorXd& mean, const std::vector<double>& position_mm) {
   return slope;
 }
 
-LineCovariance CovarianceOf(const LawLine& line, const LawState& state, const LawOptions& options) {
+LineCovariance CovarianceOf(const StorageLine& line, const StorageState& state,
+                            const StorageOptions& options) {
   const VectorXd& mean = line.mean;
   const Index n = mean.size();
   LineCovariance::Terms terms{VectorXd(n), VectorXd(n - 1), VectorXd(n), VectorXd(n - 1),
@@ -263,15 +264,15 @@ double ReadArea(double laid, double swell, double power) {
   return laid + swell * std::max(0.0, laid - 1) + power * PerPower(laid);
 }
 
-VectorXd LawLine::Off(const LawState& state, const std::vector<double>& laid) const {
+VectorXd StorageLine::Off(const StorageState& state, const std::vector<double>& laid) const {
   return value - LevelOf(state, tilt).cwiseProduct(Read(state, AsVector(laid)));
 }
 
-std::optional<LawLine> LawLineOf(const LineProfile& profile, const Interval& span_mm,
-                                 double length_mm) {
+std::optional<StorageLine> StorageLineOf(const LineProfile& profile, const Interval& span_mm,
+                                         double length_mm) {
   constexpr std::size_t kFewest = 8;
   std::vector<double> value, variance, tilt;
-  LawLine line;
+  StorageLine line;
   line.pressure_advance_s = profile.pressure_advance_s;
   line.heading = profile.heading;
   const std::vector<ProfileSample>& samples = profile.samples;
@@ -297,12 +298,12 @@ std::optional<LawLine> LawLineOf(const LineProfile& profile, const Interval& spa
   return line;
 }
 
-std::vector<std::vector<double>> LayAll(const LagModel& model, const LawVector& theta,
-                                        const std::vector<LawLine>& lines, double more_s) {
+std::vector<std::vector<double>> LayAll(const LagModel& model, const StorageVector& theta,
+                                        const std::vector<StorageLine>& lines, double more_s) {
   std::vector<LagModel::Line> all;
   std::vector<std::vector<double>> places;
   places.reserve(lines.size());
-  for (const LawLine& line : lines) {
+  for (const StorageLine& line : lines) {
     places.push_back(line.position_mm);
     for (double& at : places.back()) at += line.heading * theta(kPlace);
     all.push_back({LagSecondsAt(theta(kLagSeconds), theta(kDrift), line.along) + more_s,
@@ -311,12 +312,12 @@ std::vector<std::vector<double>> LayAll(const LagModel& model, const LawVector& 
   return model.Lay(all);
 }
 
-void Linearise(const LagModel& model, const LawState& state, std::vector<LawLine>& lines) {
+void Linearise(const LagModel& model, const StorageState& state, std::vector<StorageLine>& lines) {
   const Lag lag = LagOf(state.theta);
   const LagModel here = model.With(lag);
   const std::vector<std::vector<double>> all = LayAll(here, state.theta, lines);
   for (std::size_t i = 0; i < lines.size(); ++i) {
-    LawLine& line = lines[i];
+    StorageLine& line = lines[i];
     const VectorXd level = LevelOf(state, line.tilt);
     const VectorXd areas = AsVector(all[i]);
     line.read = Read(state, areas);
@@ -333,30 +334,31 @@ void Linearise(const LagModel& model, const LawState& state, std::vector<LawLine
     const LagModel moved = here.With(Moved(lag, k, step));
     const auto then = LayAll(moved, state.theta, lines, kOfLag + k == kLagSeconds ? step : 0);
     for (std::size_t i = 0; i < lines.size(); ++i) {
-      LawLine& line = lines[i];
+      StorageLine& line = lines[i];
       line.gradient.col(kOfLag + k) =
           LevelOf(state, line.tilt).cwiseProduct(Read(state, AsVector(then[i])) - line.read) / step;
     }
   }
   constexpr double kStep_mm = 0.01;
-  LawVector aside = state.theta;
+  StorageVector aside = state.theta;
   aside(kPlace) += kStep_mm;
   const auto then = LayAll(here, aside, lines);
   for (std::size_t i = 0; i < lines.size(); ++i) {
-    LawLine& line = lines[i];
+    StorageLine& line = lines[i];
     line.gradient.col(kPlace) =
         LevelOf(state, line.tilt).cwiseProduct(Read(state, AsVector(then[i])) - line.read) /
         kStep_mm;
   }
-  for (LawLine& line : lines) {
+  for (StorageLine& line : lines) {
     line.own = line.gradient.col(kLagSeconds);
     line.gradient.col(kDrift) = line.own * state.theta(kLagSeconds) * line.along;
     line.gradient.col(kLagSeconds) *= 1 + state.theta(kDrift) * line.along;
   }
 }
 
-void Weigh(const LawState& state, const LawOptions& options, std::vector<LawLine>& lines) {
-  for (LawLine& line : lines) line.covariance = CovarianceOf(line, state, options);
+void Weigh(const StorageState& state, const StorageOptions& options,
+           std::vector<StorageLine>& lines) {
+  for (StorageLine& line : lines) line.covariance = CovarianceOf(line, state, options);
 }
 
 }  // namespace trammel::pressure_advance

@@ -63,11 +63,11 @@ inline constexpr int kUnknowns = kOfLag + kLagUnknowns;
 /// Indices of the lag's: its seconds, the share of the second stage.
 inline constexpr int kLagSeconds = kOfLag, kSecondStage = kOfLag + 5;
 
-using LawVector = Eigen::Matrix<double, kUnknowns, 1>;
-using LawMatrix = Eigen::Matrix<double, kUnknowns, kUnknowns>;
+using StorageVector = Eigen::Matrix<double, kUnknowns, 1>;
+using StorageMatrix = Eigen::Matrix<double, kUnknowns, kUnknowns>;
 
 /// Returns the mean line's lag.
-[[nodiscard]] Lag LagOf(const LawVector& theta);
+[[nodiscard]] Lag LagOf(const StorageVector& theta);
 /// Returns a line's own lag in seconds.
 /// @param drift  of the lag over the pattern, relative
 /// @param along  of the pattern, -0.5 to 0.5
@@ -77,18 +77,18 @@ using LawMatrix = Eigen::Matrix<double, kUnknowns, kUnknowns>;
 /// @param step  signed, output
 [[nodiscard]] Lag Moved(const Lag& lag, int k, double& step);
 /// Clamps unknowns to their ranges.
-void Bound(LawVector& theta);
+void Bound(StorageVector& theta);
 
 /// Normal prior distribution.
-struct LawPrior {
-  LawVector mean;
-  LawMatrix information;  ///< inverse covariance; nothing is known of level and lag
+struct StoragePrior {
+  StorageVector mean;
+  StorageMatrix information;  ///< inverse covariance; nothing is known of level and lag
 };
-[[nodiscard]] LawPrior PriorOfLaw();
+[[nodiscard]] StoragePrior StoragePriorOf();
 
 /// State of a fit.
-struct LawState {
-  LawVector theta = LawVector::Zero();
+struct StorageState {
+  StorageVector theta = StorageVector::Zero();
   double lag_scatter_s = 0;
   double flow_scatter = 0;
   double place_scatter_mm = 0;
@@ -96,7 +96,7 @@ struct LawState {
 };
 
 /// Readings of a line, and a model's prediction. n readings each.
-struct LawLine {
+struct StorageLine {
   double pressure_advance_s = 0;
   double along = 0;    ///< position in the pattern, -0.5 to 0.5
   double heading = 1;  ///< print direction along its axis, 1 or -1
@@ -115,7 +115,8 @@ struct LawLine {
   LineCovariance covariance;
 
   /// Returns readings minus a state's prediction. @param laid  areas by the model
-  [[nodiscard]] Eigen::VectorXd Off(const LawState& state, const std::vector<double>& laid) const;
+  [[nodiscard]] Eigen::VectorXd Off(const StorageState& state,
+                                    const std::vector<double>& laid) const;
 };
 
 /// Returns the reading of an area, both relative to the nominal one. A swell may read too large or
@@ -123,17 +124,19 @@ struct LawLine {
 [[nodiscard]] double ReadArea(double laid, double swell, double power);
 
 /// @returns nothing where too few readings of a line can be used
-[[nodiscard]] std::optional<LawLine> LawLineOf(const LineProfile& profile, const Interval& span_mm,
-                                               double length_mm);
+[[nodiscard]] std::optional<StorageLine> StorageLineOf(const LineProfile& profile,
+                                                       const Interval& span_mm, double length_mm);
 
 /// Lays all lines with the lags of the unknowns, lengthened by `more_s`.
-[[nodiscard]] std::vector<std::vector<double>> LayAll(const LagModel& model, const LawVector& theta,
-                                                      const std::vector<LawLine>& lines,
+[[nodiscard]] std::vector<std::vector<double>> LayAll(const LagModel& model,
+                                                      const StorageVector& theta,
+                                                      const std::vector<StorageLine>& lines,
                                                       double more_s = 0);
 /// Sets the mean and the gradient of all lines for a state.
 /// @param model  of any lag, with the lines' motion
-void Linearise(const LagModel& model, const LawState& state, std::vector<LawLine>& lines);
+void Linearise(const LagModel& model, const StorageState& state, std::vector<StorageLine>& lines);
 /// Sets the covariance of all lines' readings about their mean.
-void Weigh(const LawState& state, const LawOptions& options, std::vector<LawLine>& lines);
+void Weigh(const StorageState& state, const StorageOptions& options,
+           std::vector<StorageLine>& lines);
 
 }  // namespace trammel::pressure_advance

@@ -1,4 +1,4 @@
-#include "pressure_advance/laser/laser_eye.h"
+#include "pressure_advance/laser/laser_reader.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -59,7 +59,7 @@ double StepMean(const LineProfile& profile, std::size_t i) {
   return sum;
 }
 
-TEST(LaserEye, AreaIsLinearInTheFilamentFromABreakToTwiceTheNominal) {
+TEST(LaserReader, AreaIsLinearInTheFilamentFromABreakToTwiceTheNominal) {
   LaserWorld wide;
   wide.stripe_sigma_px = 3.5;
   wide.width = 70;
@@ -89,7 +89,7 @@ TEST(LaserEye, AreaIsLinearInTheFilamentFromABreakToTwiceTheNominal) {
   }
 }
 
-TEST(LaserEye, ABreakIsAnAreaOfZeroAndADarkFrameIsAGap) {
+TEST(LaserReader, ABreakIsAnAreaOfZeroAndADarkFrameIsAGap) {
   Random random(12);
   const LaserWorld world;
   std::vector<Frame> frames = DrawSteps(world, random);
@@ -105,7 +105,7 @@ TEST(LaserEye, ABreakIsAnAreaOfZeroAndADarkFrameIsAGap) {
   EXPECT_FALSE(reading.profile.samples[55].area.seen());
 }
 
-TEST(LaserEye, PredictsTheScatterOfItsAreas) {
+TEST(LaserReader, PredictsTheScatterOfItsAreas) {
   std::vector<double> pulls;
   for (const std::uint64_t seed : {21, 22, 23, 24}) {
     Random random(seed);
@@ -129,7 +129,7 @@ TEST(LaserEye, PredictsTheScatterOfItsAreas) {
   EXPECT_LT(StandardDeviation(pulls), 1.3);
 }
 
-TEST(LaserEye, ReadsTheSameWhicheverWayThePictureIsTurned) {
+TEST(LaserReader, ReadsTheSameWhicheverWayThePictureIsTurned) {
   Random random(13);
   const std::vector<Frame> frames = DrawSteps({}, random);
   const SweepReading original = Read(frames, PaperScan());
@@ -163,7 +163,7 @@ TEST(LaserEye, ReadsTheSameWhicheverWayThePictureIsTurned) {
   }
 }
 
-TEST(LaserEye, LeavesOutFramesBeforeTheLaserMoves) {
+TEST(LaserReader, LeavesOutFramesBeforeTheLaserMoves) {
   Random random(14);
   std::vector<Frame> frames = DrawSteps({}, random);
   frames.insert(frames.begin(), 7, frames[0]);
@@ -174,7 +174,7 @@ TEST(LaserEye, LeavesOutFramesBeforeTheLaserMoves) {
   EXPECT_EQ(reading.profile.samples.size(), 100U);
 }
 
-TEST(LaserEye, RunsPositionsBackwardsForAnOppositeSweep) {
+TEST(LaserReader, RunsPositionsBackwardsForAnOppositeSweep) {
   Random random(15);
   const std::vector<Frame> frames = DrawSteps({}, random);
   for (const double start_mm : {26.0, 4.0}) {  // the second only makes sense from the far end
@@ -199,7 +199,7 @@ std::vector<std::optional<double>> PaperPositions() {
   return positions;
 }
 
-TEST(LaserEye, GivenPositionsReadLikeTheSameFromTimesAndOutrankThem) {
+TEST(LaserReader, GivenPositionsReadLikeTheSameFromTimesAndOutrankThem) {
   constexpr double kRounding_mm = 1e-12;  // adding times differs from multiplying by less
   Random random(20);
   const std::vector<Frame> frames = DrawSteps({}, random);
@@ -222,7 +222,7 @@ TEST(LaserEye, GivenPositionsReadLikeTheSameFromTimesAndOutrankThem) {
   EXPECT_EQ(given.frame, from_times.frame);
 }
 
-TEST(LaserEye, TooFewPositionsAndAFrozenPictureAreUnusable) {
+TEST(LaserReader, TooFewPositionsAndAFrozenPictureAreUnusable) {
   Random random(27);
   std::vector<Frame> frames = DrawSteps({}, random);
   Scan scan = PaperScan();
@@ -238,7 +238,7 @@ TEST(LaserEye, TooFewPositionsAndAFrozenPictureAreUnusable) {
   EXPECT_THAT(Read(frames, scan).profile.unusable, HasSubstr("all 99 frames are the same picture"));
 }
 
-TEST(LaserEye, SaysWhyASweepIsUnusable) {
+TEST(LaserReader, SaysWhyASweepIsUnusable) {
   const Scan scan = PaperScan();
   for (const int level : {0, 255}) {
     std::vector<Frame> frames(40, Frame(45, 60));
@@ -279,7 +279,7 @@ std::vector<double> SwellAreas(double times, double frames) {
   return areas;
 }
 
-TEST(LaserEye, ReadsASwellWholeOrSaysThatItIsCutOff) {
+TEST(LaserReader, ReadsASwellWholeOrSaysThatItIsCutOff) {
   LaserWorld paper;
   LaserWorld large;
   large.width = 80;

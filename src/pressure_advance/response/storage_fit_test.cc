@@ -1,4 +1,4 @@
-#include "pressure_advance/response/law_fit.h"
+#include "pressure_advance/response/storage_fit.h"
 
 #include <gtest/gtest.h>
 
@@ -10,14 +10,14 @@
 #include "base/random.h"
 #include "geometry/linear_systems.h"
 #include "pressure_advance/response/lag_line_test_support.h"
-#include "pressure_advance/response/law_line.h"
+#include "pressure_advance/response/storage_line.h"
 
 namespace trammel::pressure_advance {
 namespace {
 
 using Eigen::Index, Eigen::MatrixXd, Eigen::VectorXd;
-using ::trammel::testing::LagLaw;
 using ::trammel::testing::LagLine;
+using ::trammel::testing::LagModelTruth;
 using ::trammel::testing::PrintLagLine;
 
 LineCovariance::Terms Draw(Random& random, Index n, Index causes) {
@@ -70,9 +70,9 @@ TEST(LineCovariance, SolvesAsTheWholeMatrixDoes) {
   }
 }
 
-LawState AnyState() {
-  LawState state;
-  state.theta = PriorOfLaw().mean;
+StorageState AnyState() {
+  StorageState state;
+  state.theta = StoragePriorOf().mean;
   state.theta(kLevel) = 1.1;
   state.theta(kTilt) = 0.05;
   state.theta(kDrift) = 0.2;
@@ -83,7 +83,7 @@ LawState AnyState() {
   return state;
 }
 
-TEST(LawLine, HasTheGradientOfItsMean) {
+TEST(StorageLine, HasTheGradientOfItsMean) {
   const HeadMotion head(LineMotion{{{0.16, 10}, {0.6, 150}, {0.24, 10}}, 25.0, 3000.0});
   const LagModel model(head, {});
   LineProfile even;
@@ -91,18 +91,18 @@ TEST(LawLine, HasTheGradientOfItsMean) {
   for (int i = 0; i < 40; ++i) {
     even.samples.push_back({.position = 1 + 0.6 * i, .width = {}, .height = {}, .area = {1, 0.03}});
   }
-  std::vector<LawLine> lines{*LawLineOf(even, {1, 24}, 25)};
+  std::vector<StorageLine> lines{*StorageLineOf(even, {1, 24}, 25)};
   lines[0].along = 0.3;
-  const LawState state = AnyState();
+  const StorageState state = AnyState();
   Linearise(model, state, lines);
-  const LawLine at = lines[0];
+  const StorageLine at = lines[0];
   const VectorXd read = VectorXd::Ones(at.value.size()) - at.mean;
   const auto laid = LayAll(model.With(LagOf(state.theta)), state.theta, lines);
   EXPECT_LT((at.Off(state, laid[0]) - read).norm(), 1e-12);
   for (int k = 0; k < kUnknowns; ++k) {
     const double step = k == kLagSeconds ? 1e-4 : 5e-3;
     const auto mean = [&](double by) {
-      LawState moved = state;
+      StorageState moved = state;
       moved.theta(k) += by;
       Linearise(model, moved, lines);
       return lines[0].mean;
@@ -116,7 +116,7 @@ const LagLine kLine{};
 const Interval kSpan_mm{4, 26};
 
 struct World {
-  LagLaw law;
+  LagModelTruth law;
   double level_mm2 = 0.08;
   double noise = 0.03;    // per reading, relative
   double scatter = 0.02;  // of line lags, relative
@@ -133,7 +133,7 @@ std::vector<LineProfile> Measure(const World& world, Random& random) {
   for (int k = 0; k < world.count; ++k) {
     LineProfile profile;
     profile.pressure_advance_s = 0.06 * k / (world.count - 1);
-    LagLaw law = world.law;
+    LagModelTruth law = world.law;
     const double lag = 1 + world.scatter * random.Normal();
     law.linear_s *= lag;
     law.power *= lag;
@@ -153,13 +153,13 @@ std::vector<LineProfile> Measure(const World& world, Random& random) {
   return profiles;
 }
 
-LagLaw LawOf(double exponent) {
+LagModelTruth LawOf(double exponent) {
   if (exponent == 1) return {.linear_s = 0.033};
   const double power = 0.033 * 145 / (std::pow(150, exponent) - std::pow(5, exponent));
   return {.linear_s = 0, .power = power, .exponent = exponent};
 }
 
-TEST(LawFit, LearnsValueLagsAndSlipAlsoOfReadingsThatAreBentOrBesideTheirPlace) {
+TEST(StorageFit, LearnsValueLagsAndSlipAlsoOfReadingsThatAreBentOrBesideTheirPlace) {
   struct Row {
     double exponent;
     World world;
@@ -172,7 +172,7 @@ TEST(LawFit, LearnsValueLagsAndSlipAlsoOfReadingsThatAreBentOrBesideTheirPlace) 
     World world = row.world;
     world.law = LawOf(row.exponent);
     Random random(row.seed);
-    const auto fit = FitLaw(Measure(world, random), MotionOf(kLine), 0.03, kSpan_mm);
+    const auto fit = FitStorage(Measure(world, random), MotionOf(kLine), 0.03, kSpan_mm);
     ASSERT_TRUE(fit.has_value());
     EXPECT_NEAR(fit->slip.value, world.slip, 3 * fit->slip.sigma);
     EXPECT_LT(fit->slip.sigma, 0.01);
@@ -191,15 +191,15 @@ TEST(LawFit, LearnsValueLagsAndSlipAlsoOfReadingsThatAreBentOrBesideTheirPlace) 
   }
 }
 
-TEST(LawFit, LearnsHowFarAlongTheBedLinesAreReadBesideTheirPlace) {
+TEST(StorageFit, LearnsHowFarAlongTheBedLinesAreReadBesideTheirPlace) {
   World world;
   world.law.linear_s = 0.033;
   world.moved_mm = 0.2;
   Random random(29);
   std::vector<LineProfile> profiles = Measure(world, random);
-  const auto apart = FitLaw(profiles, MotionOf(kLine), 0.03, kSpan_mm);
+  const auto apart = FitStorage(profiles, MotionOf(kLine), 0.03, kSpan_mm);
   for (std::size_t k = 1; k < profiles.size(); k += 2) profiles[k].heading = -1;
-  const auto fit = FitLaw(profiles, MotionOf(kLine), 0.03, kSpan_mm);
+  const auto fit = FitStorage(profiles, MotionOf(kLine), 0.03, kSpan_mm);
   ASSERT_TRUE(apart.has_value() && fit.has_value());
   EXPECT_NEAR(fit->place_mm, -world.moved_mm, 0.06);
   EXPECT_NEAR(apart->place_mm, 0, 0.12);
@@ -207,16 +207,16 @@ TEST(LawFit, LearnsHowFarAlongTheBedLinesAreReadBesideTheirPlace) {
   EXPECT_LT(fit->sigma_s, apart->sigma_s);
 }
 
-TEST(LawFit, SeesHowMuchLinesScatter) {
+TEST(StorageFit, SeesHowMuchLinesScatter) {
   const auto fit_of = [](double scatter) {
     World world;
     world.law.linear_s = 0.033;
     world.scatter = scatter;
     world.count = 20;
     Random random(24);
-    return *FitLaw(Measure(world, random), MotionOf(kLine), 0.03, kSpan_mm);
+    return *FitStorage(Measure(world, random), MotionOf(kLine), 0.03, kSpan_mm);
   };
-  const LawFit even = fit_of(0.03), wild = fit_of(0.12);
+  const StorageFit even = fit_of(0.03), wild = fit_of(0.12);
   EXPECT_GT(wild.sigma_s, 1.7 * even.sigma_s);
   // A scatter of twenty lines is known to a sixth.
   EXPECT_NEAR(wild.lag_scatter_s / (0.12 * 0.033), 1, 0.35);
@@ -224,7 +224,7 @@ TEST(LawFit, SeesHowMuchLinesScatter) {
 }
 
 // A wave of 15 % along all lines is of no law of the lag.
-TEST(LawFit, SeesThatNeighbouringLinesDifferFromTheLawInTheSameWay) {
+TEST(StorageFit, SeesThatNeighbouringLinesDifferFromTheLawInTheSameWay) {
   World world;
   world.law.linear_s = 0.033;
   for (const double wave : {0.0, 0.15}) {
@@ -235,7 +235,7 @@ TEST(LawFit, SeesThatNeighbouringLinesDifferFromTheLawInTheSameWay) {
         sample.area.value *= 1 + wave * std::sin(2.5 * sample.position);
       }
     }
-    const auto fit = FitLaw(profiles, MotionOf(kLine), 0.03, kSpan_mm);
+    const auto fit = FitStorage(profiles, MotionOf(kLine), 0.03, kSpan_mm);
     ASSERT_TRUE(fit.has_value());
     if (wave == 0) {
       EXPECT_NEAR(fit->shared_misfit, 0, 0.2);
@@ -245,21 +245,22 @@ TEST(LawFit, SeesThatNeighbouringLinesDifferFromTheLawInTheSameWay) {
   }
 }
 
-TEST(LawFit, IsNothingOfFewLinesOrOfOneValueAndFiniteWhateverIsRead) {
+TEST(StorageFit, IsNothingOfFewLinesOrOfOneValueAndFiniteWhateverIsRead) {
   World world;
   world.law.linear_s = 0.033;
   Random random(26);
   const std::vector<LineProfile> profiles = Measure(world, random);
-  EXPECT_FALSE(FitLaw({profiles.begin(), profiles.begin() + 3}, MotionOf(kLine), 0.03, kSpan_mm));
+  EXPECT_FALSE(
+      FitStorage({profiles.begin(), profiles.begin() + 3}, MotionOf(kLine), 0.03, kSpan_mm));
   std::vector<LineProfile> same = profiles;
   for (LineProfile& profile : same) profile.pressure_advance_s = 0.02;
-  EXPECT_FALSE(FitLaw(same, MotionOf(kLine), 0.03, kSpan_mm));
-  const auto clean = FitLaw(profiles, MotionOf(kLine), 0.03, kSpan_mm);
+  EXPECT_FALSE(FitStorage(same, MotionOf(kLine), 0.03, kSpan_mm));
+  const auto clean = FitStorage(profiles, MotionOf(kLine), 0.03, kSpan_mm);
   ASSERT_TRUE(clean.has_value());
   for (const double wild : {1e300, -1e300, 1e-300, 1e12, 0.0, 3 * world.level_mm2}) {
     std::vector<LineProfile> spoilt = profiles;
     for (LineProfile& profile : spoilt) profile.samples[30].area.value = wild;
-    const auto fit = FitLaw(spoilt, MotionOf(kLine), 0.03, kSpan_mm);
+    const auto fit = FitStorage(spoilt, MotionOf(kLine), 0.03, kSpan_mm);
     if (!fit) continue;
     EXPECT_TRUE(std::isfinite(fit->pressure_advance_s + fit->sigma_s + fit->lag_scatter_s)) << wild;
     if (wild == 3 * world.level_mm2) {  // a reading that does not fit its neighbours counts less
@@ -268,14 +269,14 @@ TEST(LawFit, IsNothingOfFewLinesOrOfOneValueAndFiniteWhateverIsRead) {
   }
 }
 
-TEST(LawFit, LaysTheLinesThatItLearnt) {
+TEST(StorageFit, LaysTheLinesThatItLearnt) {
   World world;
   world.law.linear_s = 0.033;
   world.moved_mm = 0.2;
   Random random(27);
   std::vector<LineProfile> seen = Measure(world, random);
   for (std::size_t k = 1; k < seen.size(); k += 2) seen[k].heading = -1;
-  const auto fit = FitLaw(seen, MotionOf(kLine), 0.03, kSpan_mm);
+  const auto fit = FitStorage(seen, MotionOf(kLine), 0.03, kSpan_mm);
   ASSERT_TRUE(fit.has_value());
   const std::vector<LineProfile> laid = LayLines(*fit, seen, MotionOf(kLine));
   double off = 0;

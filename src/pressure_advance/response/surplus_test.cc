@@ -1,4 +1,4 @@
-#include "pressure_advance/response/excess.h"
+#include "pressure_advance/response/surplus.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -46,39 +46,39 @@ LineProfile Line(double missing_mm, double left_over_mm, double drift_per_mm = 0
   return profile;
 }
 
-std::vector<LineExcess> Measure(const std::vector<LineProfile>& profiles) {
-  return MeasureExcess(profiles, Reading::kArea, Plan());
+std::vector<LineSurplus> Measure(const std::vector<LineProfile>& profiles) {
+  return MeasureSurplus(profiles, Reading::kArea, Plan());
 }
 
 // Trapezoids of a smooth bump that ends on samples: off by the step's fourth power over the bump's.
 constexpr double kExact_mm = 1e-4;
 
-TEST(Excess, IsTheSurplusWithTheSignOfTooLittlePressureAdvance) {
-  const auto excess = Measure({Line(0.8, 0.5), Line(-0.3, -0.2), Line(0, 0)});
-  EXPECT_NEAR(excess[0].acceleration.value, 0.8, kExact_mm);
-  EXPECT_NEAR(excess[0].deceleration.value, 0.5, kExact_mm);
-  EXPECT_NEAR(excess[1].acceleration.value, -0.3, kExact_mm);
-  EXPECT_NEAR(excess[1].deceleration.value, -0.2, kExact_mm);
-  EXPECT_NEAR(excess[2].acceleration.value, 0, kExact_mm);
-  EXPECT_NEAR(excess[2].deceleration.value, 0, kExact_mm);
+TEST(Surplus, IsTheSurplusWithTheSignOfTooLittlePressureAdvance) {
+  const auto surplus = Measure({Line(0.8, 0.5), Line(-0.3, -0.2), Line(0, 0)});
+  EXPECT_NEAR(surplus[0].acceleration.value, 0.8, kExact_mm);
+  EXPECT_NEAR(surplus[0].deceleration.value, 0.5, kExact_mm);
+  EXPECT_NEAR(surplus[1].acceleration.value, -0.3, kExact_mm);
+  EXPECT_NEAR(surplus[1].deceleration.value, -0.2, kExact_mm);
+  EXPECT_NEAR(surplus[2].acceleration.value, 0, kExact_mm);
+  EXPECT_NEAR(surplus[2].deceleration.value, 0, kExact_mm);
 }
 
-TEST(Excess, TakesADriftThatAllLinesShareForNoTransition) {
+TEST(Surplus, TakesADriftThatAllLinesShareForNoTransition) {
   constexpr double kDrift_per_mm = 0.002;  // 6 % over the line
   std::vector<LineProfile> lines;
   for (const double missing_mm : {0.8, 0.4, 0.0, -0.4}) {
     lines.push_back(Line(missing_mm, missing_mm / 2, kDrift_per_mm));
   }
-  const auto excess = Measure(lines);
+  const auto surplus = Measure(lines);
   for (std::size_t i = 0; i < lines.size(); ++i) {
     const double missing_mm = 0.8 - 0.4 * static_cast<double>(i);
     // The drift multiplies the bump, too: 0.2 % per mm over the 4 mm from the middle.
-    EXPECT_NEAR(excess[i].acceleration.value, missing_mm, 0.01) << i;
-    EXPECT_NEAR(excess[i].deceleration.value, missing_mm / 2, 0.01) << i;
+    EXPECT_NEAR(surplus[i].acceleration.value, missing_mm, 0.01) << i;
+    EXPECT_NEAR(surplus[i].deceleration.value, missing_mm / 2, 0.01) << i;
   }
 }
 
-TEST(Excess, BridgesWhatTheEyeDidNotReadAndIgnoresWhatStandsThere) {
+TEST(Surplus, BridgesWhatTheEyeDidNotReadAndIgnoresWhatStandsThere) {
   std::vector<LineProfile> lines = {Line(0.8, 0.5), Line(0, 0)};
   const auto whole = Measure(lines);
   for (std::size_t i = 105; i < 110; ++i) {  // half a millimetre of the bump
@@ -94,22 +94,22 @@ TEST(Excess, BridgesWhatTheEyeDidNotReadAndIgnoresWhatStandsThere) {
   EXPECT_EQ(bridged[0].deceleration.value, whole[0].deceleration.value);
 }
 
-TEST(Excess, IsNotMeasuredWhereAQuarterOfAWindowIsUnread) {
+TEST(Surplus, IsNotMeasuredWhereAQuarterOfAWindowIsUnread) {
   std::vector<LineProfile> lines = {Line(0.8, 0.5), Line(0, 0)};
   for (std::size_t i = 90; i < 120; ++i) lines[0].samples[i].gap = true;  // 3 of 10 mm
-  const auto excess = Measure(lines);
-  EXPECT_THAT(excess[0].unusable, HasSubstr("could not be read"));
-  EXPECT_EQ(excess[1].unusable, "");
+  const auto surplus = Measure(lines);
+  EXPECT_THAT(surplus[0].unusable, HasSubstr("could not be read"));
+  EXPECT_EQ(surplus[1].unusable, "");
 }
 
-TEST(Excess, TakesABridgeAcrossABeadLargerThanThePictureForTheLeastOfIt) {
+TEST(Surplus, TakesABridgeAcrossABeadLargerThanThePictureForTheLeastOfIt) {
   const std::vector<LineProfile> whole = {Line(0.8, 0.5), Line(0, 0)};
   std::vector<LineProfile> gap = whole;
   for (std::size_t i = 105; i < 110; ++i) gap[0].samples[i].gap = true;
   std::vector<LineProfile> cut_off = gap;
   for (std::size_t i = 105; i < 110; ++i) cut_off[0].samples[i].cut_off = true;
-  const LineExcess bridged = Measure(gap)[0];
-  const LineExcess least = Measure(cut_off)[0];
+  const LineSurplus bridged = Measure(gap)[0];
+  const LineSurplus least = Measure(cut_off)[0];
   ASSERT_EQ(least.unusable, "");
   EXPECT_EQ(least.acceleration.value, bridged.acceleration.value);
   // 0.6 mm of a bump that is 0.4 deep in its middle and at least three quarters of that here.
@@ -119,7 +119,7 @@ TEST(Excess, TakesABridgeAcrossABeadLargerThanThePictureForTheLeastOfIt) {
   EXPECT_EQ(least.deceleration.sigma, bridged.deceleration.sigma);
 }
 
-TEST(Excess, StatesTheScatterThatNoiseMakes) {
+TEST(Surplus, StatesTheScatterThatNoiseMakes) {
   constexpr int kRepeats = 400;
   std::vector<double> pulls;
   Random random(3);
@@ -131,8 +131,8 @@ TEST(Excess, StatesTheScatterThatNoiseMakes) {
         sample.area.value += kSigma * random.Normal();
       }
     }
-    const auto excess = Measure(lines);
-    pulls.push_back((excess[0].acceleration.value - 0.5) / excess[0].acceleration.sigma);
+    const auto surplus = Measure(lines);
+    pulls.push_back((surplus[0].acceleration.value - 0.5) / surplus[0].acceleration.sigma);
   }
   // Known to 1 / sqrt(800) = 3.5 %. The reference counts only every second reading, since real
   // readings share flow noise: with independent ones its part of the sigma is 1.4 times too wide.
@@ -141,20 +141,20 @@ TEST(Excess, StatesTheScatterThatNoiseMakes) {
   EXPECT_NEAR(Mean(pulls), 0, 4 / std::sqrt(static_cast<double>(kRepeats))) << "seed 3";
 }
 
-TEST(Excess, ALineThatShowsOneTransitionIsReadThere) {
+TEST(Surplus, ALineThatShowsOneTransitionIsReadThere) {
   std::vector<LineProfile> lines{Line(0.8, 0.5), Line(0.8, 0.5), Line(0.8, 0.5)};
   std::erase_if(lines[1].samples, [](const ProfileSample& sample) { return sample.position < 15; });
   EXPECT_THAT(Measure(lines)[1].unusable, HasSubstr("could not be read in one piece"));
   lines[1].shows_acceleration = false;
-  const auto excess = Measure(lines);
-  EXPECT_EQ(excess[1].unusable, "");
-  EXPECT_FALSE(excess[1].acceleration.seen);
-  EXPECT_TRUE(excess[1].deceleration.seen);
-  EXPECT_NEAR(excess[1].deceleration.value, 0.5, kExact_mm);
+  const auto surplus = Measure(lines);
+  EXPECT_EQ(surplus[1].unusable, "");
+  EXPECT_FALSE(surplus[1].acceleration.seen);
+  EXPECT_TRUE(surplus[1].deceleration.seen);
+  EXPECT_NEAR(surplus[1].deceleration.value, 0.5, kExact_mm);
 }
 
 // The photo ends in the bump of one line; the others show how such a bump goes on.
-TEST(Excess, ALineThatLeavesThePictureInATransitionIsCompletedByTheOthers) {
+TEST(Surplus, ALineThatLeavesThePictureInATransitionIsCompletedByTheOthers) {
   std::vector<LineProfile> lines;
   for (const double left_over_mm : {-0.4, -0.2, 0.0, 0.2, 0.4, 0.6, 0.3}) {
     lines.push_back(Line(left_over_mm, left_over_mm));
@@ -165,12 +165,12 @@ TEST(Excess, ALineThatLeavesThePictureInATransitionIsCompletedByTheOthers) {
     line.shown = {-1, kCut_mm};
   };
   cut(lines.back());
-  const auto excess = Measure(lines);
-  EXPECT_EQ(excess.back().unusable, "");
-  EXPECT_TRUE(excess.back().deceleration.seen);
+  const auto surplus = Measure(lines);
+  EXPECT_EQ(surplus.back().unusable, "");
+  EXPECT_TRUE(surplus.back().deceleration.seen);
   constexpr double kLevel_mm = 0.01;  // for a level without one of its two stretches
-  EXPECT_NEAR(excess.back().deceleration.value, 0.3, kLevel_mm);
-  EXPECT_NEAR(excess.back().acceleration.value, 0.3, kLevel_mm);
+  EXPECT_NEAR(surplus.back().deceleration.value, 0.3, kLevel_mm);
+  EXPECT_NEAR(surplus.back().acceleration.value, 0.3, kLevel_mm);
   for (LineProfile& line : lines) cut(line);
   EXPECT_FALSE(Measure(lines).back().deceleration.seen);
   EXPECT_TRUE(Measure(lines).back().acceleration.seen);
@@ -178,7 +178,7 @@ TEST(Excess, ALineThatLeavesThePictureInATransitionIsCompletedByTheOthers) {
 
 // Three readings of 5 % determine the level to 4 % (half of neighbours count), and a window of 10
 // mm errs by 0.4 mm; lines with equal flow determine it together.
-TEST(Excess, LevelsOfFewReadingsAreDrawnTowardsTheOtherLines) {
+TEST(Surplus, LevelsOfFewReadingsAreDrawnTowardsTheOtherLines) {
   constexpr double kNoise = 0.05;
   constexpr int kLines = 12;
   Random random(7);
@@ -194,7 +194,7 @@ TEST(Excess, LevelsOfFewReadingsAreDrawnTowardsTheOtherLines) {
   }
   const auto scatter_mm = [&] {
     std::vector<double> missing_mm;
-    for (const LineExcess& line : MeasureExcess(profiles, Reading::kArea, plan)) {
+    for (const LineSurplus& line : MeasureSurplus(profiles, Reading::kArea, plan)) {
       EXPECT_TRUE(line.unusable.empty()) << line.unusable;
       missing_mm.push_back(line.acceleration.value);
     }
@@ -206,13 +206,13 @@ TEST(Excess, LevelsOfFewReadingsAreDrawnTowardsTheOtherLines) {
   EXPECT_GT(scatter_mm(), 1.5 * pooled_mm);
 }
 
-TEST(Excess, ALineThatClearlyFlowsOtherwiseKeepsItsOwnLevel) {
+TEST(Surplus, ALineThatClearlyFlowsOtherwiseKeepsItsOwnLevel) {
   std::vector<LineProfile> profiles;
   for (int i = 0; i < 8; ++i) profiles.push_back(Line(0, 0));
   for (ProfileSample& sample : profiles[3].samples) sample.area.value *= 1.2;
-  const auto excess = Measure(profiles);
-  EXPECT_NEAR(excess[3].acceleration.value, 0, kExact_mm);
-  EXPECT_NEAR(excess[3].deceleration.value, 0, kExact_mm);
+  const auto surplus = Measure(profiles);
+  EXPECT_NEAR(surplus[3].acceleration.value, 0, kExact_mm);
+  EXPECT_NEAR(surplus[3].deceleration.value, 0, kExact_mm);
 }
 
 // Gaps get no emptier than empty: beyond some part the whole grows no further.

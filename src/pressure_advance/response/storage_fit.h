@@ -19,7 +19,7 @@ struct Fitted {
   double sigma = 0;  ///< 1 sigma
 };
 
-struct LawFit {
+struct StorageFit {
   double pressure_advance_s = 0;  ///< right for the mean line
   double sigma_s = 0;             ///< 1 sigma, of lines of the model
   Fitted slow_lag_s;              ///< small change at the slow speed (LagModel::LagAt) …
@@ -42,7 +42,7 @@ struct LawFit {
 };
 
 /// Returns the same lines as laid by the fitted model, and as read.
-[[nodiscard]] std::vector<LineProfile> LayLines(const LawFit& law,
+[[nodiscard]] std::vector<LineProfile> LayLines(const StorageFit& law,
                                                 std::vector<LineProfile> profiles,
                                                 const LineMotion& motion);
 
@@ -55,13 +55,14 @@ struct LawFit {
 /// @param span_mm  of the positions used
 /// @returns nothing if fewer than four lines are usable, or no finite number results.
 /// REQUIRES areas over mm, and a motion with length and acceleration, slow, fast, slow.
-[[nodiscard]] std::optional<LawFit> FitLaw(const std::vector<LineProfile>& profiles,
-                                           const LineMotion& motion, double lag_s,
-                                           const Interval& span_mm, const LawOptions& options = {});
+[[nodiscard]] std::optional<StorageFit> FitStorage(const std::vector<LineProfile>& profiles,
+                                                   const LineMotion& motion, double lag_s,
+                                                   const Interval& span_mm,
+                                                   const StorageOptions& options = {});
 
 /// Computes a storage model's weight from its misfit of the lines: 1 up to trusted_misfit, falling
 /// to 0 at refuted_misfit.
-[[nodiscard]] double TrustIn(const LawFit& law, const LawOptions& options);
+[[nodiscard]] double TrustIn(const StorageFit& law, const StorageOptions& options);
 
 /// Corrects the crossings by the same fit's error on lines laid by the fitted model, and weights
 /// the result with the model's own value by their variances; the model's own error is in both. Both
@@ -72,7 +73,7 @@ struct LawFit {
 /// @param twin  of the mirrored lines: their scatter, and the model's effect on the
 ///   fit, are the same
 /// REQUIRES whole, first and second in both.
-LearntLaw WeighWithLaw(const LawFit& law, const CombinedTransitions& twin,
-                       const LawOptions& options, CombinedTransitions& crossings);
+WeighedStorage WeighWithStorage(const StorageFit& law, const CombinedTransitions& twin,
+                                const StorageOptions& options, CombinedTransitions& crossings);
 
 }  // namespace trammel::pressure_advance

@@ -1,4 +1,4 @@
-#include "pressure_advance/photo/photo_eye.h"
+#include "pressure_advance/photo/photo_reader.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -41,7 +41,7 @@ WidthErrors Errors(const PhotoMeasurement& measured, const DrawnPhoto& drawn) {
   return {Mean(errors), RobustStandardDeviation(errors), Median(sigmas)};
 }
 
-TEST(PhotoEye, MeasuresDrawnWidthsWithoutNoise) {
+TEST(PhotoReader, MeasuresDrawnWidthsWithoutNoise) {
   DrawnPhoto drawn = Usual();
   drawn.grain = drawn.noise = 0;
   const Frame photo = Draw(drawn);
@@ -54,7 +54,7 @@ TEST(PhotoEye, MeasuresDrawnWidthsWithoutNoise) {
   EXPECT_LT(errors.scatter, 0.015);
 }
 
-TEST(PhotoEye, ReadsTexturedPlatesWithHonestSigma) {
+TEST(PhotoReader, ReadsTexturedPlatesWithHonestSigma) {
   for (const bool darker : {false, true}) {
     DrawnPhoto drawn = Usual();
     drawn.darker = darker;
@@ -71,7 +71,7 @@ TEST(PhotoEye, ReadsTexturedPlatesWithHonestSigma) {
   }
 }
 
-TEST(PhotoEye, FindsWhereTheSpeedChanges) {
+TEST(PhotoReader, FindsWhereTheSpeedChanges) {
   const DrawnPhoto drawn = Usual();
   const PhotoMeasurement measured = MeasurePhoto(Draw(drawn).view(), OptionsFor(drawn));
   ASSERT_TRUE(measured.segments.has_value()) << measured.refusal;
@@ -79,7 +79,7 @@ TEST(PhotoEye, FindsWhereTheSpeedChanges) {
   EXPECT_NEAR(measured.segments->fast_end, 0.7, 0.01);
 }
 
-TEST(PhotoEye, FindsTheFirstLineHoweverThePhotoIsHeld) {
+TEST(PhotoReader, FindsTheFirstLineHoweverThePhotoIsHeld) {
   const DrawnPhoto drawn = Usual();
   const cv::Mat upright = ToMat(Draw(drawn));
   PhotoOptions options = OptionsFor(drawn);
@@ -105,7 +105,7 @@ TEST(PhotoEye, FindsTheFirstLineHoweverThePhotoIsHeld) {
   }
 }
 
-TEST(PhotoEye, AsksForTheFirstLineWhereNothingShowsIt) {
+TEST(PhotoReader, AsksForTheFirstLineWhereNothingShowsIt) {
   DrawnPhoto drawn = Usual();
   drawn.slow_before = drawn.slow_after = 0.25;  // the same turned round with the order reversed
   PhotoOptions options = OptionsFor(drawn);
@@ -117,7 +117,7 @@ TEST(PhotoEye, AsksForTheFirstLineWhereNothingShowsIt) {
   EXPECT_EQ(MeasurePhoto(View(held), options).refusal, "");
 }
 
-TEST(PhotoEye, FindsTheStartOfSymmetricLinesByPhysics) {
+TEST(PhotoReader, FindsTheStartOfSymmetricLinesByPhysics) {
   DrawnPhoto drawn = Usual();
   drawn.slow_before = drawn.slow_after = 0.25;
   const cv::Mat upright = ToMat(Draw(drawn));
@@ -132,7 +132,7 @@ TEST(PhotoEye, FindsTheStartOfSymmetricLinesByPhysics) {
   EXPECT_NEAR(measured.segments->fast_end, 0.75, 0.02);
 }
 
-TEST(PhotoEye, AsksForTheStartWhereTheLinesDoNotShowIt) {
+TEST(PhotoReader, AsksForTheStartWhereTheLinesDoNotShowIt) {
   DrawnPhoto drawn = Usual();
   drawn.slow_before = drawn.slow_after = 0.25;
   drawn.right_value_s = 0;
@@ -147,7 +147,7 @@ TEST(PhotoEye, AsksForTheStartWhereTheLinesDoNotShowIt) {
   EXPECT_EQ(MeasurePhoto(photo.view(), options).refusal, "");
 }
 
-TEST(PhotoEye, RefusesSidesAcrossTheLines) {
+TEST(PhotoReader, RefusesSidesAcrossTheLines) {
   const DrawnPhoto drawn = Usual();
   const Frame photo = Draw(drawn);
   PhotoOptions options = OptionsFor(drawn);
@@ -158,7 +158,7 @@ TEST(PhotoEye, RefusesSidesAcrossTheLines) {
   EXPECT_THAT(MeasurePhoto(photo.view(), options).refusal, HasSubstr("cannot start at the top"));
 }
 
-TEST(PhotoEye, NamesLinesByTheirPlacesWhereSomeAreMissing) {
+TEST(PhotoReader, NamesLinesByTheirPlacesWhereSomeAreMissing) {
   DrawnPhoto drawn = Usual();
   drawn.left_out = {5};
   PhotoOptions options = OptionsFor(drawn);
@@ -180,7 +180,7 @@ TEST(PhotoEye, NamesLinesByTheirPlacesWhereSomeAreMissing) {
   EXPECT_THAT(MeasurePhoto(Draw(drawn).view(), options).refusal, HasSubstr("check the list"));
 }
 
-TEST(PhotoEye, RefusesPhotosWithoutAWholePattern) {
+TEST(PhotoReader, RefusesPhotosWithoutAWholePattern) {
   const DrawnPhoto drawn = Usual();
   DrawnPhoto none = drawn;
   none.frame = false;
@@ -194,7 +194,7 @@ TEST(PhotoEye, RefusesPhotosWithoutAWholePattern) {
   EXPECT_NE(MeasurePhoto({}, OptionsFor(drawn)).refusal, "");
 }
 
-TEST(PhotoEye, RefusesBlurredAndTinyPhotos) {
+TEST(PhotoReader, RefusesBlurredAndTinyPhotos) {
   DrawnPhoto blurred = Usual();
   blurred.blur_px = 7;
   EXPECT_NE(MeasurePhoto(Draw(blurred).view(), OptionsFor(blurred)).refusal, "");

@@ -8,7 +8,7 @@
 
 #include "base/frame.h"
 #include "pressure_advance/laser/plate.h"
-#include "pressure_advance/laser/stripe_sight.h"
+#include "pressure_advance/laser/stripe_observation.h"
 #include "pressure_advance/profile/line_profile.h"
 #include "pressure_advance/recording/scan.h"
 #include "vision/laser_line.h"
@@ -25,12 +25,12 @@ namespace trammel::pressure_advance {
 /// @param lines  of one scan, all measured in the same unit; unseen samples are unchanged.
 void ShareScatter(std::span<LineProfile> lines);
 
-struct LaserEyeOptions {
+struct LaserReaderOptions {
   /// No smoothing over rows: the area averages over them anyway, and a bead of a few rows must not
   /// be blurred. A narrow filter keeps the plate's light out of the bead's rows.
   vision::LaserLineOptions line{.row_smoothing = 0, .as_good = 1.15};
-  double least_contrast = 3;  ///< of a laser line against what is beside it, in noise sigmas; the
-                              ///< best path through pure noise reaches 2
+  double min_contrast = 3;  ///< of a laser line against what is beside it, in noise sigmas; the
+                            ///< best path through pure noise reaches 2
   std::size_t model_frames = 8;   ///< >= 1; frames from which the stripe's looks are learnt
   std::size_t fewest_frames = 8;  ///< >= 3; in a sweep, on the line and in motion
 };
@@ -40,7 +40,7 @@ struct SweepReading {
   LineProfile profile;
   HeightMap heights;  ///< relative to the plate; empty where the line is unusable
   vision::StripeModel stripe;
-  StripeSight sight;
+  StripeObservation observation;
   std::vector<std::size_t> frame;   ///< per map column: index of the frame in the recording
   std::size_t still_frames = 0;     ///< left out because the laser stood still
   std::size_t unplaced_frames = 0;  ///< left out because the recording gives them no position
@@ -61,7 +61,7 @@ void TurnUpright(const BgrView& view, AxisDirection height_direction, Frame& upr
 ///                one size. As many as the line has positions, if it has any.
 /// A sweep with no laser, no bead or too few frames has profile.unusable.
 [[nodiscard]] SweepReading ReadSweep(std::span<const Frame> frames, const Scan& scan,
-                                     const ScanLine& line, const LaserEyeOptions& options,
+                                     const ScanLine& line, const LaserReaderOptions& options,
                                      vision::LaserLineWorkspace& workspace);
 
 }  // namespace trammel::pressure_advance

@@ -5,16 +5,16 @@
 #include <stop_token>
 #include <string>
 
-#include "session/person.h"
+#include "session/operator.h"
 
 namespace trammel::app {
 
 /// Asks on standard error, reads standard input. If either is no terminal, only questions answered
 /// beforehand are answered.
-class TerminalPerson final : public procedure::Person {
+class TerminalOperator final : public procedure::Operator {
  public:
   /// @param yes  questions whose answer is yes already, by their names
-  TerminalPerson(std::stop_token stop, std::set<std::string> yes);
+  TerminalOperator(std::stop_token stop, std::set<std::string> yes);
 
   [[nodiscard]] Result<void> CheckCanAnswer(const std::string& name) const override;
   [[nodiscard]] bool AnsweredBefore(const std::string& name) const override;

@@ -15,9 +15,9 @@ struct Question {
   std::string text;  ///< effect of yes
 };
 
-class Person {
+class Operator {
  public:
-  virtual ~Person() = default;
+  virtual ~Operator() = default;
 
   /// Checks that the question can be asked, or was answered beforehand: to be called before any
   /// step that leads to it. Errors (kInput): neither, with the missing option.

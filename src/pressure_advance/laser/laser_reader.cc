@@ -1,4 +1,4 @@
-#include "pressure_advance/laser/laser_eye.h"
+#include "pressure_advance/laser/laser_reader.h"
 
 #include <fmt/format.h>
 
@@ -240,7 +240,7 @@ void ChooseFrames(std::span<const Frame> frames, const Scan& scan, const ScanLin
 /// Returns frames spread over the sweep, from which the stripe's appearance is estimated.
 std::vector<BgrView> ModelFrames(std::span<const Frame> frames,
                                  const std::vector<std::size_t>& chosen,
-                                 const LaserEyeOptions& options) {
+                                 const LaserReaderOptions& options) {
   std::vector<BgrView> views;
   const std::size_t count = std::min(options.model_frames, chosen.size());
   for (std::size_t i = 0; i < count; ++i) {
@@ -251,7 +251,7 @@ std::vector<BgrView> ModelFrames(std::span<const Frame> frames,
 
 /// Finds the line in every chosen frame; columns become heights above column 0.
 HeightMap FindLines(std::span<const Frame> frames, SweepReading& reading,
-                    const LaserEyeOptions& options, double sign,
+                    const LaserReaderOptions& options, double sign,
                     vision::LaserLineWorkspace& workspace) {
   HeightMap lines;
   lines.frames = reading.frame.size();
@@ -273,7 +273,7 @@ HeightMap FindLines(std::span<const Frame> frames, SweepReading& reading,
 
 /// Returns why the sweep shows no laser; empty if it does.
 std::string LaserFault(const HeightMap& lines, const SweepReading& reading,
-                       const LaserEyeOptions& options, std::span<const Frame> frames) {
+                       const LaserReaderOptions& options, std::span<const Frame> frames) {
   const vision::StripeModel& stripe = reading.stripe;
   std::size_t lit = 0;
   for (std::size_t f = 0; f < lines.frames; ++f) {
@@ -284,17 +284,17 @@ std::string LaserFault(const HeightMap& lines, const SweepReading& reading,
     lit += 2 * found >= lines.rows ? 1 : 0;
   }
   const bool steady = stripe.scatter_px < 1.5F * stripe.sigma_px;
-  if (2 * lit >= lines.frames && stripe.contrast >= options.least_contrast && steady) {
+  if (2 * lit >= lines.frames && stripe.contrast >= options.min_contrast && steady) {
     return {};
   }
-  std::string wide = FaultOfWidth(reading.sight, frames[reading.frame[0]].width);
+  std::string wide = FaultOfWidth(reading.observation, frames[reading.frame[0]].width);
   if (!wide.empty()) return wide;
   const Light light = MeasureLight(frames, reading.frame);
   return fmt::format(
       "no laser line: seen in {} of {} frames, {:.1f} times the noise beside it (at least {:.1f} "
       "needed), {:.1f} px from row to row; red is {:.0f} on average, {} … {}; check that the laser "
       "is on, the exposure, and crop_px",
-      lit, lines.frames, stripe.contrast, options.least_contrast,
+      lit, lines.frames, stripe.contrast, options.min_contrast,
       std::min(stripe.scatter_px, 9999.0F), light.mean, light.darkest, light.brightest);
 }
 
@@ -355,7 +355,7 @@ void TurnUpright(const BgrView& view, AxisDirection height_direction, Frame& upr
 }
 
 SweepReading ReadSweep(std::span<const Frame> frames, const Scan& scan, const ScanLine& line,
-                       const LaserEyeOptions& options, vision::LaserLineWorkspace& workspace) {
+                       const LaserReaderOptions& options, vision::LaserLineWorkspace& workspace) {
   TRAMMEL_CHECK(!frames.empty(), "a sweep without frames");
   SweepReading reading;
   LineProfile& profile = reading.profile;
@@ -380,7 +380,7 @@ SweepReading ReadSweep(std::span<const Frame> frames, const Scan& scan, const Sc
   }
   const std::vector<BgrView> model_frames = ModelFrames(frames, reading.frame, options);
   reading.stripe = vision::LearnStripe(model_frames, options.line, workspace);
-  reading.sight = SeeStripe(model_frames);
+  reading.observation = SeeStripe(model_frames);
   const HeightMap lines =
       FindLines(frames, reading, options, Sign(scan.height_direction), workspace);
   profile.unusable = LaserFault(lines, reading, options, frames);

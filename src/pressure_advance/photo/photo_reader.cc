@@ -1,4 +1,4 @@
-#include "pressure_advance/photo/photo_eye.h"
+#include "pressure_advance/photo/photo_reader.h"
 
 #include <fmt/format.h>
 
@@ -21,10 +21,10 @@ std::string CheckOptions(const PhotoOptions& options) {
     return fmt::format("the PA list has {} values; a photo of a pattern needs at least 2",
                        options.pressure_advance_s.size());
   }
-  constexpr std::size_t kMostLines = 500;
-  if (options.pressure_advance_s.size() > kMostLines) {
+  constexpr std::size_t kMaxLines = 500;
+  if (options.pressure_advance_s.size() > kMaxLines) {
     return fmt::format("the PA list has {} values; a photo is read with at most {}",
-                       options.pressure_advance_s.size(), kMostLines);
+                       options.pressure_advance_s.size(), kMaxLines);
   }
   for (const double value : options.pressure_advance_s) {
     if (!std::isfinite(value)) return fmt::format("the PA list holds {}, not a number", value);
@@ -75,8 +75,8 @@ std::vector<LineProfile> Profiles(const vision::BeadWidths& widths,
       }
       profile.samples.push_back(sample);
     }
-    constexpr double kMostGaps = 0.5;
-    if (static_cast<double>(gaps) > kMostGaps * static_cast<double>(seen)) {
+    constexpr double kMaxGaps = 0.5;
+    if (static_cast<double>(gaps) > kMaxGaps * static_cast<double>(seen)) {
       profile.unusable = fmt::format(
           "filament and plate look alike along {} of {} places of this line: glare or shadow", gaps,
           seen);
@@ -145,12 +145,12 @@ std::string CheckSharpness(const vision::LinePattern& line_pattern, double blur_
   }
   // Sigma over the bead's width, both as seen: a bead 4.5 sigma wide. Beyond that the ratio remains
   // about 0.25, since a wider blur also widens the seen bead.
-  constexpr double kMostBlur = 0.22;
-  if (blur_px > kMostBlur * line_pattern.bead_px) {
+  constexpr double kMaxBlur = 0.22;
+  if (blur_px > kMaxBlur * line_pattern.bead_px) {
     return fmt::format(
         "the photo is blurred: edges are {:.1f} px wide (1 sigma) on lines of {:.1f} px, at most "
         "{} of a line's width can be read",
-        blur_px, line_pattern.bead_px, kMostBlur);
+        blur_px, line_pattern.bead_px, kMaxBlur);
   }
   return {};
 }
@@ -224,14 +224,14 @@ void MarkCutLines(const SideReading& side, const PhotoOptions& options,
   const auto& segments = side.orientation.segments;
   const double rise = segments ? segments->fast_begin : options.slow_before;
   const double fall = segments ? segments->fast_end : 1 - options.slow_after;
-  const double most_of_it = fall + kShareAfter * options.slow_after;
+  const double max_of_it = fall + kShareAfter * options.slow_after;
   std::vector<Interval> shown;
   int after = 0;
   for (const std::vector<vision::BeadReading>& readings : side.widths.lines) {
     shown.push_back(ShownOf(readings, side.lie.reversed));
-    after += shown.back().hi == 1 || shown.back().hi >= most_of_it;
+    after += shown.back().hi == 1 || shown.back().hi >= max_of_it;
   }
-  const double least_end = after >= kFewestAfter ? fall : most_of_it;
+  const double min_end = after >= kFewestAfter ? fall : max_of_it;
   for (std::size_t line = 0; line < profiles.size(); ++line) {
     const auto [begin, end] = shown[line];
     LineProfile& profile = profiles[line];
@@ -240,7 +240,7 @@ void MarkCutLines(const SideReading& side, const PhotoOptions& options,
       profile.shown = {begin > 0 ? begin : -kAll, end < 1 ? end : kAll};
     }
     const bool begins = begin == 0 || begin <= rise - kBefore;
-    const bool ends = end == 1 || end >= least_end;
+    const bool ends = end == 1 || end >= min_end;
     profile.shows_acceleration = begins && end >= rise + kBeside * (fall - rise);
     profile.shows_deceleration = ends && begin <= fall - kBeside * (fall - rise);
     if (!profile.shows_acceleration && !profile.shows_deceleration && profile.unusable.empty()) {

@@ -1,4 +1,4 @@
-#include "pressure_advance/laser/stripe_sight.h"
+#include "pressure_advance/laser/stripe_observation.h"
 
 #include <fmt/format.h>
 #include <gmock/gmock.h>
@@ -12,7 +12,7 @@
 #include <utility>
 #include <vector>
 
-#include "pressure_advance/laser/laser_eye.h"
+#include "pressure_advance/laser/laser_reader.h"
 #include "support/sweep_world.h"
 
 namespace trammel::pressure_advance {
@@ -25,7 +25,7 @@ using ::testing::IsEmpty;
 
 constexpr double kPxPerMm = 44;
 
-StripeSight See(const LaserWorld& world, std::uint64_t seed) {
+StripeObservation See(const LaserWorld& world, std::uint64_t seed) {
   Random random(seed);
   std::vector<Frame> frames;
   std::vector<BgrView> views;
@@ -35,24 +35,24 @@ StripeSight See(const LaserWorld& world, std::uint64_t seed) {
 }
 
 std::vector<std::string> Notices(const LaserWorld& world, std::uint64_t seed) {
-  const std::vector<StripeSight> sweeps(10, See(world, seed));
-  return NoticesOfSight(sweeps, kPxPerMm);
+  const std::vector<StripeObservation> sweeps(10, See(world, seed));
+  return ObservationNotices(sweeps, kPxPerMm);
 }
 
-TEST(StripeSight, TellsWidthAndHeightOfALineThatWasDrawn) {
+TEST(StripeObservation, TellsWidthAndHeightOfALineThatWasDrawn) {
   LaserWorld world;
   world.width = 90;
   world.plate_column_px = 55;
   for (const double sigma_px : {1.2, 2.0, 4.0, 7.0}) {
     world.stripe_sigma_px = sigma_px;
-    const StripeSight sight = See(world, 1);
+    const StripeObservation observation = See(world, 1);
     // A parabola's top is cut between two pixels; speckle of 0.25 is averaged over 190 rows.
-    EXPECT_NEAR(sight.width_px, 2.355 * sigma_px, 0.05 * 2.355 * sigma_px + 0.2) << sigma_px;
-    EXPECT_NEAR(sight.peak, world.plate_amplitude, 12) << sigma_px;
+    EXPECT_NEAR(observation.width_px, 2.355 * sigma_px, 0.05 * 2.355 * sigma_px + 0.2) << sigma_px;
+    EXPECT_NEAR(observation.peak, world.plate_amplitude, 12) << sigma_px;
   }
 }
 
-TEST(StripeSight, GoodLinesGetNoNotice) {
+TEST(StripeObservation, GoodLinesGetNoNotice) {
   LaserWorld world;
   world.width = 60;
   for (const double sigma_px : {1.5, 2.5, 4.0}) {
@@ -64,7 +64,7 @@ TEST(StripeSight, GoodLinesGetNoNotice) {
   }
 }
 
-TEST(StripeSight, EachFaultIsNamedWithItsFigureAndRemedy) {
+TEST(StripeObservation, EachFaultIsNamedWithItsFigureAndRemedy) {
   LaserWorld blurred;
   blurred.width = 110;
   blurred.plate_column_px = 60;
@@ -88,7 +88,7 @@ TEST(StripeSight, EachFaultIsNamedWithItsFigureAndRemedy) {
   EXPECT_THAT(Notices(off, 7), IsEmpty());  // the sweep itself reports a missing line
 }
 
-TEST(StripeSight, ALineAsWideAsThePictureIsNoMissingLaser) {
+TEST(StripeObservation, ALineAsWideAsThePictureIsNoMissingLaser) {
   EXPECT_EQ(FaultOfWidth({14, 180, 3}, 45), "");
   EXPECT_THAT(FaultOfWidth({24, 180, 5}, 45),
               testing::AllOf(HasSubstr("24 px wide"), HasSubstr("45 px"), HasSubstr("focus")));
@@ -96,7 +96,7 @@ TEST(StripeSight, ALineAsWideAsThePictureIsNoMissingLaser) {
 }
 
 // Recorded frames (SOURCES.md beside them), the line on the plate. Their widths were read by eye.
-TEST(StripeSight, RecordedLinesAreSeenAndNoneIsBlamed) {
+TEST(StripeObservation, RecordedLinesAreSeenAndNoneIsBlamed) {
   const char* folder = std::getenv("TRAMMEL_TEST_DATA");
   if (folder == nullptr) GTEST_SKIP() << "set TRAMMEL_TEST_DATA to the folder with laser/";
   struct Recorded {
@@ -116,9 +116,9 @@ TEST(StripeSight, RecordedLinesAreSeenAndNoneIsBlamed) {
                   frame.row(y));
     }
     const BgrView view = frame.view();
-    const StripeSight sight = SeeStripe({&view, 1});
-    EXPECT_NEAR(sight.width_px, one.width_px, 0.2 * one.width_px) << one.file;
-    EXPECT_THAT(NoticesOfSight({&sight, 1}, kPxPerMm), IsEmpty()) << one.file;
+    const StripeObservation observation = SeeStripe({&view, 1});
+    EXPECT_NEAR(observation.width_px, one.width_px, 0.2 * one.width_px) << one.file;
+    EXPECT_THAT(ObservationNotices({&observation, 1}, kPxPerMm), IsEmpty()) << one.file;
   }
 }
 

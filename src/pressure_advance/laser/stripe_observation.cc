@@ -1,4 +1,4 @@
-#include "pressure_advance/laser/stripe_sight.h"
+#include "pressure_advance/laser/stripe_observation.h"
 
 #include <fmt/format.h>
 
@@ -12,15 +12,15 @@
 #include "base/check.h"
 #include "base/statistics.h"
 #include "geometry/robust_line.h"
-#include "pressure_advance/laser/laser_eye.h"
+#include "pressure_advance/laser/laser_reader.h"
 
 namespace trammel::pressure_advance {
 namespace {
 
-constexpr int kFullScale = 250;   // of 255: JPEG does not preserve 255
-constexpr int kPlateShare = 5;    // the fifth of the rows at either end has no bead
-constexpr double kLeastPeak = 8;  // grey levels; less is no line
-constexpr double kTop = 0.15;     // of the peak, below it: the middle there is the line's
+constexpr int kFullScale = 250;  // of 255: JPEG does not preserve 255
+constexpr int kPlateShare = 5;   // the fifth of the rows at either end has no bead
+constexpr double kMinPeak = 8;   // grey levels; less is no line
+constexpr double kTop = 0.15;    // of the peak, below it: the middle there is the line's
 // Limits from virtual prints (its study): beyond, answers scatter more or lines are refused.
 constexpr double kWide_mm = 0.4;     // and
 constexpr double kSteep_per_px = 8;  // grey levels per pixel of width: a bright line may be wider
@@ -63,32 +63,32 @@ double ReachTo(double level, const std::vector<double>& profile, std::ptrdiff_t 
   return whole + (at(i) - level) / (at(i) - at(i + step));
 }
 
-StripeSight SightOf(const MeanRow& row) {
-  StripeSight sight;
+StripeObservation StripeObservationOf(const MeanRow& row) {
+  StripeObservation observation;
   const auto top = std::max_element(row.red.begin(), row.red.end()) - row.red.begin();
   const double most = row.red[static_cast<std::size_t>(top)];
-  sight.peak = most - *std::min_element(row.red.begin(), row.red.end());
-  if (sight.peak < kLeastPeak) return sight;
-  const double half = most - 0.5 * sight.peak;
+  observation.peak = most - *std::min_element(row.red.begin(), row.red.end());
+  if (observation.peak < kMinPeak) return observation;
+  const double half = most - 0.5 * observation.peak;
   const double before = ReachTo(half, row.red, top, -1);
   const double behind = ReachTo(half, row.red, top, 1);
   // A plate's halo is on one side: the other side's half counts twice.
-  const double high = most - kTop * sight.peak;
+  const double high = most - kTop * observation.peak;
   const double middle = 0.5 * (ReachTo(high, row.red, top, 1) - ReachTo(high, row.red, top, -1));
-  sight.width_px = 2 * std::min(before + middle, behind - middle);
-  for (const double share : row.saturated) sight.burnt_px += share;
-  return sight;
+  observation.width_px = 2 * std::min(before + middle, behind - middle);
+  for (const double share : row.saturated) observation.burnt_px += share;
+  return observation;
 }
 
 }  // namespace
 
-StripeSight SeeStripe(std::span<const BgrView> frames) {
+StripeObservation SeeStripe(std::span<const BgrView> frames) {
   TRAMMEL_CHECK(!frames.empty() && frames[0].width > 0 && frames[0].height > 0, "{} frames",
                 frames.size());
   const int height = frames[0].height;
   const int rows = std::max(1, height / kPlateShare);
-  const StripeSight upper = SightOf(MeanOf(frames, 0, rows));
-  const StripeSight lower = SightOf(MeanOf(frames, height - rows, height));
+  const StripeObservation upper = StripeObservationOf(MeanOf(frames, 0, rows));
+  const StripeObservation lower = StripeObservationOf(MeanOf(frames, height - rows, height));
   if (upper.width_px == 0 || lower.width_px == 0) {
     return upper.width_px > lower.width_px ? upper : lower;
   }
@@ -96,22 +96,22 @@ StripeSight SeeStripe(std::span<const BgrView> frames) {
           0.5 * (upper.burnt_px + lower.burnt_px)};
 }
 
-std::string FaultOfWidth(const StripeSight& sight, int picture_width_px) {
-  constexpr double kMostShare = 1.0 / 3;  // of the picture: beyond, little background remains
-  if (sight.width_px <= kMostShare * picture_width_px) return {};
+std::string FaultOfWidth(const StripeObservation& observation, int picture_width_px) {
+  constexpr double kMaxShare = 1.0 / 3;  // of the picture: beyond, little background remains
+  if (observation.width_px <= kMaxShare * picture_width_px) return {};
   return fmt::format(
       "the laser line is {:.0f} px wide at half its height, too wide for a picture of {} px; {}",
-      sight.width_px, picture_width_px,
-      sight.burnt_px >= kBurntShare * sight.width_px
+      observation.width_px, picture_width_px,
+      observation.burnt_px >= kBurntShare * observation.width_px
           ? "it is overexposed: lower the camera's exposure or dim the laser"
           : "it is out of focus: turn the laser's lens, check [camera] focus_height, or make "
             "crop_px wider");
 }
 
-std::vector<std::string> NoticesOfSight(std::span<const StripeSight> sweeps,
-                                        std::optional<double> px_per_mm) {
+std::vector<std::string> ObservationNotices(std::span<const StripeObservation> sweeps,
+                                            std::optional<double> px_per_mm) {
   std::vector<double> widths, peaks, burnt;
-  for (const StripeSight& sweep : sweeps) {
+  for (const StripeObservation& sweep : sweeps) {
     if (sweep.width_px <= 0) continue;
     widths.push_back(sweep.width_px);
     peaks.push_back(sweep.peak);
@@ -296,7 +296,7 @@ FoundCrop FindCrop(std::span<const Frame> frames, AxisDirection height_direction
                     turned ? height : width, turned ? width : height, kSmallest_px, kSmallest_px)};
   }
   const double sign = Sign(height_direction);
-  const vision::LaserLineOptions options = LaserEyeOptions{}.line;
+  const vision::LaserLineOptions options = LaserReaderOptions{}.line;
   const Frame mean = MeanFrame(frames);
   const BgrView view = mean.view();
   const vision::StripeModel stripe = vision::LearnStripe({&view, 1}, options, workspace);

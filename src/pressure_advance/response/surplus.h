@@ -34,15 +34,15 @@ inline constexpr std::size_t kFewestWhole = 5;
 
 /// Surplus of one transition on one line: the integral of (reading / reference - 1) over the
 /// transition's window, positive if the pressure advance was too low.
-struct Excess {
+struct Surplus {
   double value = 0;  ///< in the profiles' PositionUnit (mm of nominal bead, or line lengths)
   double sigma = 0;  ///< 1 sigma from the readings' noise and the reference
   bool seen = true;  ///< false where a line that leaves the picture does not show this transition
 };
 
-struct LineExcess {
-  Excess acceleration;
-  Excess deceleration;
+struct LineSurplus {
+  Surplus acceleration;
+  Surplus deceleration;
   std::string unusable;  ///< why this line has no surplus; empty if it has
 };
 
@@ -54,7 +54,7 @@ struct LineExcess {
 /// a line does not show by its own flag (LineProfile::shows_acceleration) are skipped. Across a
 /// bead larger than the picture the interpolation is only a lower bound: as much again enters that
 /// transition's sigma.
-[[nodiscard]] std::vector<LineExcess> MeasureExcess(const std::vector<LineProfile>& profiles,
-                                                    Reading reading, const TransitionPlan& plan);
+[[nodiscard]] std::vector<LineSurplus> MeasureSurplus(const std::vector<LineProfile>& profiles,
+                                                      Reading reading, const TransitionPlan& plan);
 
 }  // namespace trammel::pressure_advance

@@ -4,7 +4,7 @@
 #include <numeric>
 #include <string>
 
-#include "pressure_advance/response/law_fit.h"
+#include "pressure_advance/response/storage_fit.h"
 
 namespace trammel::pressure_advance {
 namespace {
@@ -24,8 +24,8 @@ CombinedTransitions Crossings(double value_s, double sigma_s) {
   return crossings;
 }
 
-LawFit Law(double value_s, double sigma_s) {
-  LawFit law;
+StorageFit FittedStorage(double value_s, double sigma_s) {
+  StorageFit law;
   law.pressure_advance_s = value_s;
   law.sigma_s = sigma_s;
   law.lag_scatter_s = 0.0005;
@@ -35,10 +35,10 @@ LawFit Law(double value_s, double sigma_s) {
   return law;
 }
 
-TEST(WeighLaw, TakesOffWhatCrossingsErrByOnLinesOfTheLaw) {
+TEST(WeighStorage, TakesOffWhatCrossingsErrByOnLinesOfTheLaw) {
   // Crossings and their mirror image both stand 1 ms above the law: that much they err by.
   CombinedTransitions crossings = Crossings(0.034, 0.0005);
-  WeighWithLaw(Law(0.033, 0.0005), Crossings(0.034, 0.0005), {}, crossings);
+  WeighWithStorage(FittedStorage(0.033, 0.0005), Crossings(0.034, 0.0005), {}, crossings);
   ASSERT_TRUE(crossings.both.pressure_advance.good());
   EXPECT_NEAR(crossings.both.pressure_advance.quantity().value, 0.033, 1e-9);
   EXPECT_NEAR(crossings.acceleration.quantity().value, 0.033, 1e-9);
@@ -46,27 +46,28 @@ TEST(WeighLaw, TakesOffWhatCrossingsErrByOnLinesOfTheLaw) {
   EXPECT_TRUE(crossings.notices.empty());
 }
 
-TEST(WeighLaw, LeansOnTheLawAsFarAsItIsTheSurer) {
+TEST(WeighStorage, LeansOnTheLawAsFarAsItIsTheSurer) {
   const auto answer = [](double crossing_sigma_s, double law_sigma_s) {
     // The mirror image says that the crossings do not err.
     CombinedTransitions crossings = Crossings(0.0335, crossing_sigma_s);
-    WeighWithLaw(Law(0.033, law_sigma_s), Crossings(0.0325, crossing_sigma_s), {}, crossings);
+    WeighWithStorage(FittedStorage(0.033, law_sigma_s), Crossings(0.0325, crossing_sigma_s), {},
+                     crossings);
     return crossings.both.pressure_advance.quantity().value;
   };
-  EXPECT_NEAR(answer(0.003, 0.0003), 0.0335 - LawOptions{}.most_weight * 0.0005, 2e-5);
+  EXPECT_NEAR(answer(0.003, 0.0003), 0.0335 - StorageOptions{}.max_weight * 0.0005, 2e-5);
   EXPECT_GT(answer(0.0004, 0.003), 0.0334);
 }
 
-TEST(WeighLaw, CountsTheCrossingsAloneWhereNeighbouringLinesRefuteTheLaw) {
+TEST(WeighStorage, CountsTheCrossingsAloneWhereNeighbouringLinesRefuteTheLaw) {
   const auto answer = [](double shared_misfit) {
-    LawFit law = Law(0.033, 0.0005);
+    StorageFit law = FittedStorage(0.033, 0.0005);
     law.shared_misfit = shared_misfit;
     CombinedTransitions crossings = Crossings(0.036, 0.0008);
     crossings.whole->budget.drift = 1e-6;
-    WeighWithLaw(law, Crossings(0.036, 0.0008), {}, crossings);
+    WeighWithStorage(law, Crossings(0.036, 0.0008), {}, crossings);
     return crossings;
   };
-  const LawOptions options;
+  const StorageOptions options;
   const CombinedTransitions trusted = answer(options.trusted_misfit);
   const CombinedTransitions refuted = answer(options.refuted_misfit);
   const CombinedTransitions between =
@@ -83,11 +84,11 @@ TEST(WeighLaw, CountsTheCrossingsAloneWhereNeighbouringLinesRefuteTheLaw) {
   EXPECT_LT(between.whole->value_s, 0.0355);
 }
 
-TEST(WeighLaw, LeavesAPartOfTheValueOpenForOtherLaws) {
+TEST(WeighStorage, LeavesAPartOfTheValueOpenForOtherLaws) {
   constexpr double kSure_s = 1e-7;
   CombinedTransitions crossings = Crossings(0.033, kSure_s);
-  WeighWithLaw(Law(0.033, kSure_s), Crossings(0.033, kSure_s), {}, crossings);
-  const LawOptions options;
+  WeighWithStorage(FittedStorage(0.033, kSure_s), Crossings(0.033, kSure_s), {}, crossings);
+  const StorageOptions options;
   EXPECT_NEAR(crossings.acceleration.quantity().standard_uncertainty, options.form_sigma * 0.033,
               1e-6);
   // Crossings and fit err by other laws in ways of their own, and are weighed by that.
@@ -97,7 +98,7 @@ TEST(WeighLaw, LeavesAPartOfTheValueOpenForOtherLaws) {
               1e-6);
 }
 
-TEST(WeighLaw, WidensAndSaysSoWhereTheTransitionsStillDiffer) {
+TEST(WeighStorage, WidensAndSaysSoWhereTheTransitionsStillDiffer) {
   const auto weighed = [](double apart_s, double twins_apart_s) {
     CombinedTransitions crossings = Crossings(0.033, 0.0005);
     crossings.first->value_s += apart_s / 2;
@@ -105,7 +106,7 @@ TEST(WeighLaw, WidensAndSaysSoWhereTheTransitionsStillDiffer) {
     CombinedTransitions twin = Crossings(0.033, 0.0005);
     twin.first->value_s += twins_apart_s / 2;
     twin.second->value_s -= twins_apart_s / 2;
-    WeighWithLaw(Law(0.033, 0.0005), twin, {}, crossings);
+    WeighWithStorage(FittedStorage(0.033, 0.0005), twin, {}, crossings);
     return crossings;
   };
   // Lines of the law have crossings that are as far apart: the law explains it.

@@ -1,4 +1,4 @@
-#include "pressure_advance/response/law_fit.h"
+#include "pressure_advance/response/storage_fit.h"
 
 #include <fmt/format.h>
 
@@ -12,7 +12,7 @@
 #include "base/square.h"
 #include "base/statistics.h"
 #include "geometry/linear_systems.h"
-#include "pressure_advance/response/law_line.h"
+#include "pressure_advance/response/storage_line.h"
 
 namespace trammel::pressure_advance {
 namespace {
@@ -25,27 +25,28 @@ constexpr double kFirstDamping = 1e-3;
 struct Pattern {
   HeadMotion head;
   LagModel model;
-  LawOptions options;
-  LawPrior prior;
+  StorageOptions options;
+  StoragePrior prior;
 
-  Pattern(const LineMotion& motion, const LawOptions& law_options)
-      : head(motion), model(head, {}), options(law_options), prior(PriorOfLaw()) {}
+  Pattern(const LineMotion& motion, const StorageOptions& law_options)
+      : head(motion), model(head, {}), options(law_options), prior(StoragePriorOf()) {}
 };
 
-double Misfit(const std::vector<LawLine>& lines, const Pattern& pattern, const LawState& state) {
+double Misfit(const std::vector<StorageLine>& lines, const Pattern& pattern,
+              const StorageState& state) {
   double sum = 0;
   const auto laid = LayAll(pattern.model.With(LagOf(state.theta)), state.theta, lines);
   for (std::size_t i = 0; i < lines.size(); ++i) {
     const VectorXd off = lines[i].Off(state, laid[i]);
     sum += lines[i].weight * off.dot(lines[i].covariance.Solve(off).col(0));
   }
-  const LawVector away = state.theta - pattern.prior.mean;
+  const StorageVector away = state.theta - pattern.prior.mean;
   return sum + away.dot(pattern.prior.information * away);
 }
 
 // Estimates the scatter of the lines' own lags and levels, and the misfit.
-void Learn(std::vector<LawLine>& lines, const LawState& before, const LawOptions& options,
-           LawState& state) {
+void Learn(std::vector<StorageLine>& lines, const StorageState& before,
+           const StorageOptions& options, StorageState& state) {
   const double prior_s = options.lag_scatter * before.theta(kLagSeconds);
   double lag = options.seen_lines * Square(prior_s);
   double flow = options.seen_lines * Square(options.flow_scatter);
@@ -55,7 +56,7 @@ void Learn(std::vector<LawLine>& lines, const LawState& before, const LawOptions
   const auto expected = [](double variance, double weighed, double information) {
     return Square(variance * weighed) + variance - Square(variance) * information;
   };
-  for (LawLine& line : lines) {
+  for (StorageLine& line : lines) {
     Eigen::MatrixXd columns(line.value.size(), 4);
     columns << line.value - line.mean, line.own, line.mean, line.slope;
     const Eigen::MatrixXd solved = line.covariance.Solve(columns);
@@ -68,10 +69,10 @@ void Learn(std::vector<LawLine>& lines, const LawState& before, const LawOptions
     place += expected(Square(before.place_scatter_mm), line.slope.dot(solved.col(0)),
                       line.slope.dot(solved.col(3)));
     for (Index i = 0; i < diagonal.size(); ++i) {
-      constexpr double kBelieved = 3, kMostDoubt = 1e4;
+      constexpr double kBelieved = 3, kMaxDoubt = 1e4;
       const double pull = solved(i, 0) / std::sqrt(diagonal(i)) * std::sqrt(line.doubt(i));
       pulls.push_back(std::abs(pull));
-      line.doubt(i) = std::clamp(Square(pull / kBelieved), 1.0, kMostDoubt);
+      line.doubt(i) = std::clamp(Square(pull / kBelieved), 1.0, kMaxDoubt);
     }
   }
   // A line with a blob on it fits its neighbours, but no model of a line.
@@ -90,19 +91,19 @@ void Learn(std::vector<LawLine>& lines, const LawState& before, const LawOptions
 
 // Step towards the minimum misfit.
 struct Step {
-  LawMatrix information;
+  StorageMatrix information;
   double length = 0;  // in standard deviations
 };
 
 // REQUIRES lines that are linearised and weighted at the state.
-Step Improve(const Pattern& pattern, const std::vector<LawLine>& lines, LawState& state,
+Step Improve(const Pattern& pattern, const std::vector<StorageLine>& lines, StorageState& state,
              double& damping) {
   constexpr int kAttempts = 6;
-  constexpr double kLeastDamping = 1e-6;
+  constexpr double kMinDamping = 1e-6;
   Step step{pattern.prior.information, 0};
-  LawVector right = pattern.prior.information * (pattern.prior.mean - state.theta);
+  StorageVector right = pattern.prior.information * (pattern.prior.mean - state.theta);
   double before = (state.theta - pattern.prior.mean).dot(-right);
-  for (const LawLine& line : lines) {
+  for (const StorageLine& line : lines) {
     const VectorXd off = line.value - line.mean;
     Eigen::MatrixXd columns(off.size(), kUnknowns + 1);
     columns << line.gradient, off;
@@ -112,16 +113,16 @@ Step Improve(const Pattern& pattern, const std::vector<LawLine>& lines, LawState
     before += off.dot(solved.col(kUnknowns));
   }
   for (int attempt = 0; attempt < kAttempts; ++attempt) {
-    LawMatrix damped = step.information;
+    StorageMatrix damped = step.information;
     damped.diagonal() *= 1 + damping;
-    LawState next = state;
+    StorageState next = state;
     next.theta += geometry::SolveSymmetric(damped, right);
     Bound(next.theta);
     if (Misfit(lines, pattern, next) <= before) {
-      const LawVector moved = next.theta - state.theta;
+      const StorageVector moved = next.theta - state.theta;
       step.length = std::sqrt(moved.dot(step.information * moved));
       state = next;
-      damping = std::max(kLeastDamping, damping / 5);
+      damping = std::max(kMinDamping, damping / 5);
       break;
     }
     damping = std::max(kFirstDamping, damping * 10);
@@ -130,22 +131,23 @@ Step Improve(const Pattern& pattern, const std::vector<LawLine>& lines, LawState
 }
 
 // Returns minus twice the log-likelihood, up to a constant.
-double Unlikeliness(const Pattern& pattern, std::vector<LawLine>& lines, const LawState& state) {
+double Unlikeliness(const Pattern& pattern, std::vector<StorageLine>& lines,
+                    const StorageState& state) {
   Linearise(pattern.model, state, lines);
   Weigh(state, pattern.options, lines);
   double sum = Misfit(lines, pattern, state);
-  for (const LawLine& line : lines) sum += line.covariance.LogDeterminant();
+  for (const StorageLine& line : lines) sum += line.covariance.LogDeterminant();
   return sum;
 }
 
 // A one-stage melt may look like a poor two-stage one, and vice versa: starts with the better of
 // the two after a few steps.
-LawState Begin(const Pattern& pattern, double lag_s, std::vector<LawLine>& lines) {
+StorageState Begin(const Pattern& pattern, double lag_s, std::vector<StorageLine>& lines) {
   constexpr int kSteps = 4;
-  LawState best;
+  StorageState best;
   double least = std::numeric_limits<double>::infinity();
   for (const double second : {0.02, 0.3}) {
-    LawState state;
+    StorageState state;
     state.theta = pattern.prior.mean;
     state.theta(kLevel) = 1;
     state.theta(kLagSeconds) = lag_s;
@@ -169,18 +171,18 @@ LawState Begin(const Pattern& pattern, double lag_s, std::vector<LawLine>& lines
 }
 
 // Returns residuals over their own standard deviations, each conditional on all others of its line.
-VectorXd Pulls(const LawLine& line) {
+VectorXd Pulls(const StorageLine& line) {
   const VectorXd solved = line.covariance.Solve(line.value - line.mean).col(0);
   return solved.cwiseQuotient(line.covariance.InverseDiagonal().cwiseSqrt());
 }
 
 // REQUIRES lines that are linearised and weighted, in print order.
-double SharedMisfit(const std::vector<LawLine>& lines) {
-  constexpr double kMostApart_mm = 0.5;
+double SharedMisfit(const std::vector<StorageLine>& lines) {
+  constexpr double kMaxApart_mm = 0.5;
   double both = 0, each = 0;
   std::vector<double> before_mm;
   VectorXd before;
-  for (const LawLine& line : lines) {
+  for (const StorageLine& line : lines) {
     const VectorXd pulls = Pulls(line);
     std::size_t k = 0;  // the nearest reading of the line before
     for (std::size_t i = 0; i < line.position_mm.size() && !before_mm.empty(); ++i) {
@@ -189,7 +191,7 @@ double SharedMisfit(const std::vector<LawLine>& lines) {
              std::abs(before_mm[k + 1] - at) < std::abs(before_mm[k] - at)) {
         ++k;
       }
-      if (std::abs(before_mm[k] - at) > kMostApart_mm) continue;
+      if (std::abs(before_mm[k] - at) > kMaxApart_mm) continue;
       const double here = pulls(static_cast<Index>(i)), there = before(static_cast<Index>(k));
       both += here * there;
       each += (Square(here) + Square(there)) / 2;
@@ -208,8 +210,9 @@ Eigen::Matrix<double, kAsked, 1> Answers(const HeadMotion& head, const LagModel&
           model.LagAt(head.fast_mm_s()), model.lag().slip};
 }
 
-LawFit Report(const Pattern& pattern, const LawState& state, const LawMatrix& information) {
-  LawFit fit;
+StorageFit Report(const Pattern& pattern, const StorageState& state,
+                  const StorageMatrix& information) {
+  StorageFit fit;
   fit.lag = LagOf(state.theta);
   const LagModel model = pattern.model.With(fit.lag);
   const Eigen::Matrix<double, kAsked, 1> answers = Answers(pattern.head, model);
@@ -241,16 +244,17 @@ LawFit Report(const Pattern& pattern, const LawState& state, const LawMatrix& in
 
 }  // namespace
 
-std::optional<LawFit> FitLaw(const std::vector<LineProfile>& profiles, const LineMotion& motion,
-                             double lag_s, const Interval& span_mm, const LawOptions& options) {
+std::optional<StorageFit> FitStorage(const std::vector<LineProfile>& profiles,
+                                     const LineMotion& motion, double lag_s,
+                                     const Interval& span_mm, const StorageOptions& options) {
   constexpr std::size_t kFewestLines = 4;
-  constexpr double kLeastLag_s = 0.001;
+  constexpr double kMinLag_s = 0.001;
   constexpr int kMost = 14, kLearnEvery = 2, kLearnings = 4;
   constexpr double kShort = 0.05;
-  std::vector<LawLine> lines;
+  std::vector<StorageLine> lines;
   std::vector<double> all, pa_s;
   for (const LineProfile& profile : profiles) {
-    std::optional<LawLine> line = LawLineOf(profile, span_mm, *motion.length_mm);
+    std::optional<StorageLine> line = StorageLineOf(profile, span_mm, *motion.length_mm);
     if (!line) continue;
     all.insert(all.end(), line->value.begin(), line->value.end());
     pa_s.push_back(line->pressure_advance_s);
@@ -262,13 +266,13 @@ std::optional<LawFit> FitLaw(const std::vector<LineProfile>& profiles, const Lin
   const double range_s =
       *std::max_element(pa_s.begin(), pa_s.end()) - *std::min_element(pa_s.begin(), pa_s.end());
   if (!(unit > 0) || !(range_s > 0)) return std::nullopt;
-  for (LawLine& line : lines) {
+  for (StorageLine& line : lines) {
     line.value /= unit;
     line.variance /= unit * unit;
     line.along = (line.pressure_advance_s - middle_s) / range_s;
   }
   const Pattern pattern(motion, options);
-  LawState state = Begin(pattern, std::max(lag_s, kLeastLag_s), lines);
+  StorageState state = Begin(pattern, std::max(lag_s, kMinLag_s), lines);
   double damping = kFirstDamping;
   Step step;
   for (int i = 0; i < kMost; ++i) {
@@ -276,13 +280,13 @@ std::optional<LawFit> FitLaw(const std::vector<LineProfile>& profiles, const Lin
     Weigh(state, options, lines);
     // The scatter is estimated every second step, until it hardly changes.
     if (i % kLearnEvery == 0 && i / kLearnEvery < kLearnings) {
-      Learn(lines, LawState(state), options, state);
+      Learn(lines, StorageState(state), options, state);
       Weigh(state, options, lines);
     }
     step = Improve(pattern, lines, state, damping);
     if (i / kLearnEvery >= kLearnings - 1 && step.length < kShort) break;
   }
-  LawFit fit = Report(pattern, state, step.information);
+  StorageFit fit = Report(pattern, state, step.information);
   if (!std::isfinite(fit.pressure_advance_s) || !(fit.sigma_s > 0) || !std::isfinite(fit.sigma_s)) {
     return std::nullopt;
   }
@@ -294,7 +298,7 @@ std::optional<LawFit> FitLaw(const std::vector<LineProfile>& profiles, const Lin
   return fit;
 }
 
-std::vector<LineProfile> LayLines(const LawFit& law, std::vector<LineProfile> profiles,
+std::vector<LineProfile> LayLines(const StorageFit& law, std::vector<LineProfile> profiles,
                                   const LineMotion& motion) {
   const HeadMotion head(motion);
   const LagModel model(head, law.lag);
@@ -323,8 +327,8 @@ namespace {
 
 // Corrects a crossing and its uncertainty, given the storage model. The difference of two
 // transitions is tested anew.
-BudgetedValue Corrected(const BudgetedValue& seen, const BudgetedValue& twin, const LawFit& law,
-                        const LawOptions& options) {
+BudgetedValue Corrected(const BudgetedValue& seen, const BudgetedValue& twin, const StorageFit& law,
+                        const StorageOptions& options) {
   const double trust = TrustIn(law, options);
   const double error_s = trust * ((seen.value_s + twin.value_s) / 2 - law.pressure_advance_s);
   const double open = 1 - Square(trust);
@@ -364,12 +368,12 @@ Quantity OfTheFit(const Fitted& fitted, double form, double most) {
       {std::max(0.0, fitted.value - kNormal95 * u), std::min(most, fitted.value + kNormal95 * u)}};
 }
 
-LearntLaw Learnt(const LawFit& law, const LawOptions& options) {
+WeighedStorage Learnt(const StorageFit& law, const StorageOptions& options) {
   constexpr double kAny = std::numeric_limits<double>::infinity();
   const auto lag = [&](const Fitted& fitted) {
     return OfTheFit(fitted, options.lag_form_sigma * fitted.value, kAny);
   };
-  LearntLaw learnt;
+  WeighedStorage learnt;
   learnt.slow_lag_s = lag(law.slow_lag_s);
   learnt.fast_lag_s = lag(law.fast_lag_s);
   learnt.slip = OfTheFit(law.slip, options.slip_form_sigma, 1);
@@ -381,14 +385,14 @@ LearntLaw Learnt(const LawFit& law, const LawOptions& options) {
 
 }  // namespace
 
-double TrustIn(const LawFit& law, const LawOptions& options) {
+double TrustIn(const StorageFit& law, const StorageOptions& options) {
   return std::clamp((options.refuted_misfit - law.shared_misfit) /
                         (options.refuted_misfit - options.trusted_misfit),
                     0.0, 1.0);
 }
 
-LearntLaw WeighWithLaw(const LawFit& law, const CombinedTransitions& twin,
-                       const LawOptions& options, CombinedTransitions& crossings) {
+WeighedStorage WeighWithStorage(const StorageFit& law, const CombinedTransitions& twin,
+                                const StorageOptions& options, CombinedTransitions& crossings) {
   const auto judged = [&](const BudgetedValue& answer) {
     return JudgeByBudget(answer.value_s, answer.budget, crossings.freedom, crossings.tested,
                          crossings.widest);
@@ -410,9 +414,9 @@ LearntLaw WeighWithLaw(const LawFit& law, const CombinedTransitions& twin,
   // The fit uses all data of the crossings: if its model is valid, its own error is in both.
   const double shared = std::min(Square(law.sigma_s), 0.9 * std::min(own, law_variance));
   const double apart = own + law_variance - 2 * shared;
-  const double w = trust * std::clamp((own - shared) / apart, 0.0, options.most_weight);
+  const double w = trust * std::clamp((own - shared) / apart, 0.0, options.max_weight);
   const double differ_s = law.pressure_advance_s - whole.value_s;
-  LearntLaw learnt = Learnt(law, options);
+  WeighedStorage learnt = Learnt(law, options);
   BudgetedValue of_law{law.pressure_advance_s, {}};
   of_law.budget.lines = Square(law.sigma_s);
   of_law.budget.form = law_variance - Square(law.sigma_s);

@@ -1,4 +1,4 @@
-#include "pressure_advance/response/excess.h"
+#include "pressure_advance/response/surplus.h"
 
 #include <fmt/format.h>
 
@@ -225,8 +225,8 @@ void RateLevels(double others, double noise, std::vector<std::optional<Reference
 // Shrinks levels from few readings towards the lines' common level: lines differ in flow by a few
 // per cent. A line with a clearly larger difference keeps its own.
 void PoolLevels(std::vector<std::optional<Reference>>& references) {
-  constexpr double kLeastSpread = 0.01;  // relative; assumed
-  constexpr double kFar = 3;             // standard deviations
+  constexpr double kMinSpread = 0.01;  // relative; assumed
+  constexpr double kFar = 3;           // standard deviations
   constexpr std::size_t kFewestLines = 4;
   std::vector<double> levels, variances;
   for (const auto& reference : references) {
@@ -237,7 +237,7 @@ void PoolLevels(std::vector<std::optional<Reference>>& references) {
   if (levels.size() < kFewestLines) return;
   const double common = Median(levels);
   const double spread = RobustStandardDeviation(levels) / common;
-  const double between = std::max(Square(kLeastSpread), Square(spread) - Median(variances));
+  const double between = std::max(Square(kMinSpread), Square(spread) - Median(variances));
   for (auto& reference : references) {
     if (!reference) continue;
     const double own = Square(reference->sigma_relative);
@@ -313,8 +313,8 @@ struct ReadLines {
 
 // Completes a window cut by the picture, from the lines that show all of it.
 void CompleteCut(const ReadLines& read, const Interval& span, double sign, std::size_t line,
-                 const Integral& part, Excess LineExcess::*transition,
-                 std::vector<LineExcess>& results) {
+                 const Integral& part, Surplus LineSurplus::*transition,
+                 std::vector<LineSurplus>& results) {
   const Interval shown = read.ShownOf(line, span);
   std::vector<double> parts, wholes;
   for (std::size_t i = 0; i < results.size(); ++i) {
@@ -323,35 +323,35 @@ void CompleteCut(const ReadLines& read, const Interval& span, double sign, std::
     parts.push_back(read.Integrate(i, shown).value);
     wholes.push_back(sign * (results[i].*transition).value);
   }
-  Excess& excess = results[line].*transition;
+  Surplus& surplus = results[line].*transition;
   const auto completed = CompleteWindow(parts, wholes, part.value);
   if (!completed) {
-    excess.seen = false;
+    surplus.seen = false;
     return;
   }
-  excess.value = sign * completed->value;
-  excess.sigma = std::hypot(completed->per_part * excess.sigma, completed->sigma);
+  surplus.value = sign * completed->value;
+  surplus.sigma = std::hypot(completed->per_part * surplus.sigma, completed->sigma);
 }
 
 // Measures one transition of all usable lines that show it.
 void MeasureWindow(const ReadLines& read, const Interval& span, double sign,
-                   Excess LineExcess::*transition, std::vector<LineExcess>& results) {
+                   Surplus LineSurplus::*transition, std::vector<LineSurplus>& results) {
   std::vector<std::pair<std::size_t, Integral>> cut;
   for (std::size_t i = 0; i < results.size(); ++i) {
-    LineExcess& result = results[i];
-    Excess& excess = result.*transition;
-    if (!result.unusable.empty() || !excess.seen) continue;
+    LineSurplus& result = results[i];
+    Surplus& surplus = result.*transition;
+    if (!result.unusable.empty() || !surplus.seen) continue;
     const Interval shown = read.ShownOf(i, span);
     if (!(shown.hi > shown.lo)) {
-      excess.seen = false;
+      surplus.seen = false;
       continue;
     }
     const Integral integral = read.Integrate(i, shown);
-    excess.value = sign * integral.value;
-    excess.sigma =
+    surplus.value = sign * integral.value;
+    surplus.sigma =
         std::hypot(std::sqrt(integral.variance),
                    integral.length * read.references[i]->sigma_relative, integral.cut_off);
-    if (integral.unread > kMostUnread) {
+    if (integral.unread > kMaxUnread) {
       result.unusable = fmt::format(
           "{:.0f} % of the stretch from {:.3g} to {:.3g} could not be read in one piece",
           100 * integral.unread, shown.lo, shown.hi);
@@ -366,8 +366,8 @@ void MeasureWindow(const ReadLines& read, const Interval& span, double sign,
 
 }  // namespace
 
-std::vector<LineExcess> MeasureExcess(const std::vector<LineProfile>& profiles, Reading reading,
-                                      const TransitionPlan& plan) {
+std::vector<LineSurplus> MeasureSurplus(const std::vector<LineProfile>& profiles, Reading reading,
+                                        const TransitionPlan& plan) {
   std::vector<LinePoints> lines;
   std::vector<double> levels;
   for (const LineProfile& profile : profiles) {
@@ -395,9 +395,9 @@ std::vector<LineExcess> MeasureExcess(const std::vector<LineProfile>& profiles, 
     RateLevels(kOthers, LevelNoise(lines, references), references);
     PoolLevels(references);
   }
-  std::vector<LineExcess> results(profiles.size());
+  std::vector<LineSurplus> results(profiles.size());
   for (std::size_t i = 0; i < profiles.size(); ++i) {
-    LineExcess& result = results[i];
+    LineSurplus& result = results[i];
     result.unusable = profiles[i].unusable;
     if (!result.unusable.empty()) continue;
     const std::optional<Reference>& reference = references[i];
@@ -409,9 +409,9 @@ std::vector<LineExcess> MeasureExcess(const std::vector<LineProfile>& profiles, 
     result.deceleration.seen = profiles[i].shows_deceleration;
   }
   const ReadLines read{profiles, lines, references};
-  MeasureWindow(read, plan.acceleration.span, -1, &LineExcess::acceleration, results);
-  MeasureWindow(read, plan.deceleration.span, 1, &LineExcess::deceleration, results);
-  for (LineExcess& result : results) {
+  MeasureWindow(read, plan.acceleration.span, -1, &LineSurplus::acceleration, results);
+  MeasureWindow(read, plan.deceleration.span, 1, &LineSurplus::deceleration, results);
+  for (LineSurplus& result : results) {
     if (result.unusable.empty() && !result.acceleration.seen && !result.deceleration.seen) {
       result.unusable = "the picture shows too little of this line around its speed changes";
     }
