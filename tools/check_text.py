@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""Checks that text from outside can break nothing on its way out (CONVENTIONS.md, Text), and that the settings that
-messages name are there."""
+"""Checks that text from outside can break nothing on its way out (CONVENTIONS.md, Text), that the settings named in
+messages exist, and that each comment of the product begins with a verb or a noun."""
 import pathlib
 import re
 import sys
@@ -37,6 +37,21 @@ def unknown_settings(text, keys):
             yield match.start(), f"[{section}] {key}"
 
 
+OPENINGS = "What|Whether|Where|How|Why|Which|Who|Of"  # of a clause that has no verb or noun of its own
+
+
+def comment_openings(root):
+    """Yields one line of text for each comment that begins with a question word or with "Of"."""
+    for path in sorted((root / "src").rglob("*")):
+        if path.suffix not in (".h", ".cc") or "_test" in path.name:
+            continue
+        before = ""
+        for number, line in enumerate(path.read_text().splitlines(), 1):
+            if not re.match(r"\s*//", before) and (match := re.match(rf"\s*//+ ({OPENINGS})\b", line)):
+                yield f"{path}:{number}: begins with {match.group(1)}: begin with a verb or the field's noun"
+            before = line
+
+
 def violations(root):
     """Yields one line of text for each call that a byte can make throw, that goes past the console, or that names a
     setting which is none."""
@@ -58,6 +73,7 @@ def violations(root):
         for match in re.finditer(r"std::(?:cout|cerr|clog)\b", text):
             line = text.count("\n", 0, match.start()) + 1
             yield f"{path}:{line}: {match.group()} goes past app/console.h: use fmt::print"
+    yield from comment_openings(root)
 
 
 def main():
@@ -65,7 +81,7 @@ def main():
     found = list(violations(root))
     for line in found:
         print(line)
-    print(f"{len(found)} way(s) for text to break something or to mislead")
+    print(f"{len(found)} way(s) for text to break something or to mislead, or comment(s) to reword")
     return 1 if found else 0
 
 

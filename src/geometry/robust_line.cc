@@ -27,7 +27,7 @@ double MedianResidual(std::span<const double> x, std::span<const double> y, cons
   return *middle;
 }
 
-/// Whether MedianResidual() would be below `bound`, without ordering the residuals.
+/// True if MedianResidual() would be below `bound`; does not order the residuals.
 bool HasMedianBelow(double bound, std::span<const double> x, std::span<const double> y,
                     const RobustLine& line) {
   std::size_t near = 0;

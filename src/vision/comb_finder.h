@@ -11,7 +11,7 @@ namespace trammel::vision {
 /// Places of plane beyond the outer strokes that are looked at: the two in which TraceComb looks
 /// for a line, and the plate beside it.
 inline constexpr double kAroundComb = 3;
-/// Of the strokes' length beyond their ends.
+/// Margin beyond the strokes' ends, as a part of their length.
 inline constexpr double kBesideComb = 0.15;
 
 /// Strokes on the lines of a pencil, and the part of the plane that contains them.

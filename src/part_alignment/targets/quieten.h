@@ -19,7 +19,7 @@ namespace trammel::part_alignment {
 /// Noise in grey levels above which a picture is smoothed first.
 inline constexpr double kNoisy = 2.4;
 
-/// What Quieten leaves of white noise.
+/// Factor by which Quieten reduces white noise.
 inline constexpr double kQuietNoise = 0.375;
 
 /// Smooths with binomial weights (1, 2, 1) / 4 along both axes: an edge's blur gains 0.5 px² of

@@ -18,7 +18,7 @@ constexpr int kBlur_px = 3;        // kernel, along and across the stripe
 constexpr double kBlurSigma_px = 11;
 constexpr double kExponent = 10;
 
-// Of a grey level.
+// Returns the weight of each grey level.
 std::array<double, 256> Weights() {
   std::array<double, 256> weight{};
   for (std::size_t v = 0; v < weight.size(); ++v) {

@@ -69,7 +69,7 @@ double WidthAt(const std::vector<double>& height, double level) {
   return width;
 }
 
-// How pixels of the height map become lengths.
+// Lengths per pixel of the height map.
 struct SectionScale {
   double length_per_row = 1;  // along the stripe
   double height_per_px = 1;   // of the surface, per pixel of shift

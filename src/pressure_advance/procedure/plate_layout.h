@@ -48,8 +48,8 @@ inline constexpr int kMaxPatterns = 9;
 [[nodiscard]] bool IsWhole(std::span<const pressure_advance::LineMove> moves,
                            std::span<const Sweep> run);
 
-/// How frames and motion are compared: when each frame came, and how much it differs from the one
-/// before. Decodes every frame. Errors: a picture that cannot be decoded.
+/// Measures when each frame came, and how much it differs from the one before, for comparison with
+/// the motion. Decodes every frame. Errors: a picture that cannot be decoded.
 [[nodiscard]] Result<pressure_advance::SweepObservation> Observe(
     std::span<const machine::CapturedFrame> frames, std::vector<pressure_advance::LineMove> motion);
 

@@ -46,7 +46,7 @@ Grid HeightGrid(const pa::HeightMap& map) {
   return grid;
 }
 
-// How heights are written: in mm where the scan's scale is known.
+// Unit of heights: mm if the scan's scale is known.
 struct HeightUnit {
   double per_px = 1;
   const char* label = "height (px)";
@@ -59,8 +59,8 @@ HeightUnit HeightUnitOf(const AnalysisRun& input) {
   return {scale->height_mm_per_px, "height (mm)"};
 }
 
-// How well heights and areas are known in mm, as a sentence with a blank before it; empty where
-// they are in pixels.
+// Uncertainty of heights and areas in mm, as a sentence with a leading blank; empty if they are in
+// pixels.
 std::string ScaleText(const pa::Analysis& analysis) {
   const auto& scale = analysis.scale;
   if (!scale) return "";

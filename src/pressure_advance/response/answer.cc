@@ -154,8 +154,8 @@ struct Between {
   std::vector<double> share;  // sums up to 1
 };
 
-// How much the lag differs from pattern to pattern before it is seen, as a part of the answer: the
-// median of a half-Cauchy distribution; assumed.
+// Prior of the scatter between patterns, as a part of the answer: median of a half-Cauchy
+// distribution; assumed.
 constexpr double kPriorMedian = 0.015;
 
 Between BetweenOf(const std::vector<Quantity>& values, double prior_median_s) {

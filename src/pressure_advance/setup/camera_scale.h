@@ -47,7 +47,7 @@ struct Perspective {
   [[nodiscard]] double Shrinks(double z_mm) const { return 1 + (z_mm - height_mm) * inverse_mm; }
 };
 
-// What the machine's motion is trusted with.
+// Uncertainties of the machine's motion.
 
 /// Standard uncertainty of an axis' own scale: steps per mm and belts.
 inline constexpr double kAxisScaleUncertainty = 0.001;

@@ -14,8 +14,8 @@ using Axes = std::array<double, 4>;  ///< x, y, z and filament, mm
 inline constexpr std::array<const char*, 4> kAxisKeys = {"X", "Y", "Z", "E"};
 inline constexpr std::size_t kMaxMoves = 1'000'000;
 
-/// What Klipper's SAVE_GCODE_STATE keeps. The machine's place is a coordinate plus `base`, plus a
-/// shift where the caller has one of its own.
+/// State of Klipper's SAVE_GCODE_STATE. The machine's position is a coordinate plus `base`, plus
+/// the caller's shift if it has one.
 struct Modes {
   bool absolute = true;
   bool absolute_filament = true;
@@ -24,7 +24,8 @@ struct Modes {
   double extrude_factor = 1;
 };
 
-/// Where G0 or G1 is to go; F is not read. Errors as NumberOf's; within +-10 m, of filament +-1 km.
+/// Returns the destination of G0 or G1; F is not read. Errors as NumberOf's; within +-10 m, of
+/// filament +-1 km.
 [[nodiscard]] Result<Axes> TargetOf(const Command& command, const Modes& modes, const Axes& shift,
                                     bool absolute_filament);
 

@@ -353,7 +353,7 @@ Result<Outcome> SaveVariable(VirtualKlipper& machine, const Command& line) {
   const bool capital =
       std::any_of(name.begin(), name.end(), [](unsigned char c) { return std::isupper(c) != 0; });
   if (capital) return Fail("VARIABLE must not contain upper case");
-  // Of Python's literals, only those that are JSON but for their quotes.
+  // Accepts only those Python literals that differ from JSON in their quotes alone.
   std::string literal = value;
   std::replace(literal.begin(), literal.end(), '\'', '"');
   const auto parsed = nlohmann::json::parse(literal, nullptr, false);

@@ -15,7 +15,7 @@ namespace {
 
 namespace to = tool_offset;
 
-/// Where the whole page lies on a canvas, upright as it was scanned.
+/// Position of the whole page on a canvas, upright as scanned.
 struct PageWindow {
   RectPx to;      ///< on the canvas
   double px = 1;  ///< of the page, per px of the canvas

@@ -13,8 +13,8 @@ namespace {
 
 constexpr double kWindow_s = 120;  // host time that samples are kept for
 constexpr std::size_t kMaxSamples = 1000;
-// Of two crystals against each other, with time slewing; where no line within it agrees, ten times
-// as much is allowed, then any rate.
+// Maximum drift of two crystals against each other, with time slewing. If no line within it
+// agrees, ten times as much is allowed, then any rate.
 constexpr double kDrift = 1.5e-4;
 // Jitter of estimated_print_time itself (0.12 ms observed). Where no line agrees, more is allowed
 // before another rate is: up to 10 ms of a server that is kept from its processor.

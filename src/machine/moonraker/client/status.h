@@ -10,9 +10,9 @@
 
 namespace trammel::machine {
 
-/// Which objects and fields a PrinterState is made of, in the form of printer.objects.subscribe:
-/// object -> list of fields. Of more heaters than any printer has, one more than ReadStatus
-/// takes; names that could not stand in G-code are left out.
+/// Returns the objects and fields of a PrinterState in the form of printer.objects.subscribe:
+/// object -> list of fields. With more heaters than any printer has: one more than ReadStatus
+/// accepts. Names that are invalid in G-code are omitted.
 /// @param available  the answer of printer.objects.list: names of the printer's objects
 [[nodiscard]] nlohmann::json WantedObjects(const std::vector<std::string>& available);
 

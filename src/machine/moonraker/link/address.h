@@ -31,7 +31,8 @@ struct MoonrakerOptions {
   double connect_time_limit_s = 10;  ///< per attempt, 0.1 … 600
 };
 
-/// Of an incoming message, as a long configuration has 1 MB; and of outgoing ones that wait.
+/// Maximum size of an incoming message (a long configuration has 1 MB), and of waiting outgoing
+/// ones together.
 inline constexpr std::size_t kMaxMessageBytes = std::size_t{16} << 20;
 
 enum class Transport { kTcp, kTls, kUnix };
