@@ -35,7 +35,7 @@ using measurement::Instrument;
 using measurement::Subject;
 using nlohmann::ordered_json;
 
-constexpr std::size_t kMost = 10'000;
+constexpr std::size_t kMax = 10'000;
 constexpr std::size_t kAll = std::numeric_limits<std::size_t>::max();
 
 struct HistoryArguments {
@@ -418,7 +418,7 @@ void AddChoice(CLI::App& command, HistoryArguments& arguments) {
 
 void AddNumber(CLI::App& command, const char* name, std::size_t& number) {
   command.add_option(name, number, "as history list counts them: 1 is the newest")
-      ->check(CLI::Range(std::size_t{1}, kMost))
+      ->check(CLI::Range(std::size_t{1}, kMax))
       ->capture_default_str();
 }
 
@@ -443,7 +443,7 @@ void AddHistoryCommands(CLI::App& history, int& exit_code) {
   const auto [list, listed] = add("list", "the kept results, the newest first", RunList);
   list->add_flag("--json", listed->json, "as JSON");
   list->add_option("--last", listed->last, "at most so many")
-      ->check(CLI::Range(std::size_t{1}, kMost))
+      ->check(CLI::Range(std::size_t{1}, kMax))
       ->capture_default_str();
   const auto [show, shown] = add("show", "one of them, with all that is known of it", RunShow,
                                  {{"NUMBER", &HistoryArguments::number}});

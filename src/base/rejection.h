@@ -32,7 +32,7 @@ class RejectionTally {
   /// @param owners  what may be wrong as a whole, in people's words: {"picture 7.jpg", "target 3"}.
   void Add(std::initializer_list<std::string> owners, bool rejected);
 
-  /// Accepts kMostRejected of the observations as outliers, plus one picture, target or constraint
+  /// Accepts kMaxRejected of the observations as outliers, plus one picture, target or constraint
   /// as a whole: the one with most rejections.
   [[nodiscard]] AdjustmentCheck Check(int redundancy) const;
 

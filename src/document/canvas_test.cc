@@ -113,9 +113,9 @@ TEST(MapColor, LightnessRisesEvenlySoThatAGreyCopySaysTheSame) {
 }
 
 TEST(Palette, ColoursDifferInGreyByAtLeastTwelve) {
-  constexpr double kLeast = 12;  // lightness of 100: about the step between two greys of a legend
-  EXPECT_GT(Lightness(kVermilion) - Lightness(kBlue), kLeast);
-  EXPECT_GT(Lightness(kSky) - Lightness(kVermilion), kLeast);
+  constexpr double kMin = 12;  // lightness of 100: about the step between two greys of a legend
+  EXPECT_GT(Lightness(kVermilion) - Lightness(kBlue), kMin);
+  EXPECT_GT(Lightness(kSky) - Lightness(kVermilion), kMin);
 }
 
 TEST(Canvas, StacksDrawingsIntoOnePictureAsWideAsTheWidest) {

@@ -41,7 +41,7 @@ inline constexpr std::array<PhotoDetail, 5> kPhotoSteps = {
     {{1.5, 75}, {1.5, 50}, {1.0, 50}, {0.7, 50}, {0.45, 45}}};
 inline constexpr std::size_t kMaxPageBytes = 1'500'000;
 
-/// Makes a page at the finest of kPhotoSteps that yields at most kMostPageBytes; at the coarsest if
+/// Makes a page at the finest of kPhotoSteps that yields at most kMaxPageBytes; at the coarsest if
 /// none does. @param page  of an index into kPhotoSteps.
 [[nodiscard]] std::string FittingPage(const std::function<std::string(std::size_t step)>& page);
 

@@ -48,12 +48,12 @@ TEST(Table, NamesEachCellForThoseWhoSeeNoColumns) {
 /// Contrast by WCAG 2.1 needs 3 to 1 for what is drawn; lightness 18 apart is more than that on a
 /// dark ground.
 TEST(DarkPalette, EveryColourStandsOutFromTheCardButThePaper) {
-  constexpr double kLeast = 10;
+  constexpr double kMin = 10;
   for (const auto& [light, dark] : kPalette) {
     const std::string name = HexText(light);
     EXPECT_THAT(DarkPaletteStyle(), HasSubstr("[fill=\"" + name + "\"]{fill:" + HexText(dark)));
     if (name == HexText(kPaper)) continue;
-    EXPECT_GT(Lightness(dark) - Lightness(kDarkCard), kLeast) << name;
+    EXPECT_GT(Lightness(dark) - Lightness(kDarkCard), kMin) << name;
   }
   EXPECT_GT(Lightness(kPalette[0].dark) - Lightness(kDarkCard), 60) << "letters";
 }

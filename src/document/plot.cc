@@ -89,11 +89,11 @@ std::pair<Range, Range> WithOneScale(const Range& x, const Range& y, double widt
 std::vector<double> NiceTicks(const Range& range, int wanted) {
   TRAMMEL_CHECK(range.lo < range.hi && std::isfinite(range.hi - range.lo) && wanted >= 1,
                 "range = [{}, {}], wanted = {}", range.lo, range.hi, wanted);
-  constexpr std::size_t kLeast = 2;  // one alone gives no scale
+  constexpr std::size_t kMin = 2;  // one alone gives no scale
   constexpr int kFinest = 10;
   const double slack = 1e-6;
   std::vector<double> ticks;
-  for (int finer = wanted; ticks.size() < kLeast && finer <= kFinest * wanted; ++finer) {
+  for (int finer = wanted; ticks.size() < kMin && finer <= kFinest * wanted; ++finer) {
     const double step = Step(range, finer);
     const double last = std::floor(range.hi / step + slack);
     ticks.clear();

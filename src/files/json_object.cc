@@ -18,10 +18,10 @@ namespace trammel::files {
 using nlohmann::json;
 
 std::string Show(const json& value) {
-  constexpr std::size_t kMost = 60;
+  constexpr std::size_t kMax = 60;
   const std::string text = value.dump(-1, ' ', true, json::error_handler_t::replace);
-  if (text.size() <= kMost) return text;
-  return fmt::format("{}...", text.substr(0, kMost - 3));
+  if (text.size() <= kMax) return text;
+  return fmt::format("{}...", text.substr(0, kMax - 3));
 }
 
 Result<json> ParseJson(std::string_view text, const std::string& file) {

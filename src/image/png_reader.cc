@@ -171,10 +171,10 @@ Result<PngOutline> OutlineOfPng(std::span<const std::uint8_t> bytes) {
   if (bytes.size() < kHeader || NameOf(bytes.subspan(kSignature)) != "IHDR") {
     return Fail("it begins like a PNG, but has no header");
   }
-  constexpr std::uint32_t kMost = 0x7FFFFFFF;
+  constexpr std::uint32_t kMax = 0x7FFFFFFF;
   PngOutline outline{BigEndian(bytes, 16), BigEndian(bytes, 20), 0};
-  if (outline.width_px == 0 || outline.height_px == 0 || outline.width_px > kMost ||
-      outline.height_px > kMost) {
+  if (outline.width_px == 0 || outline.height_px == 0 || outline.width_px > kMax ||
+      outline.height_px > kMax) {
     return Fail(fmt::format("its header states {} x {} px", outline.width_px, outline.height_px));
   }
   constexpr std::array<int, 7> kSamples = {1, 1, 3, 1, 2, 1, 4};  // by PNG colour type

@@ -98,7 +98,7 @@ struct AppliedLine {
   Application application;
 };
 
-// Reads at most kMostParts numbers.
+// Reads at most kMaxParts numbers.
 std::map<std::string, double> ReadBeforeEach(JsonObject& object) {
   std::map<std::string, double> before;
   const nlohmann::json* each = object.Find("before_each");

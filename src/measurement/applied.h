@@ -79,7 +79,7 @@ struct NotedApplication {
 /// Maximum length of a line.
 inline constexpr std::size_t kMaxLineBytes = std::size_t{1} << 20;
 
-/// Visits each line that is neither empty nor longer than kMostLineBytes. A last line without a
+/// Visits each line that is neither empty nor longer than kMaxLineBytes. A last line without a
 /// line feed counts. Errors (kInput): missing, not an ordinary file, not readable.
 [[nodiscard]] Result<void> ForEachLine(const std::filesystem::path& path,
                                        const std::function<void(std::string_view line)>& visit);

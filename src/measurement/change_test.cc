@@ -128,12 +128,12 @@ Called Try(std::size_t earlier, double beyond_stated, std::uint64_t seed) {
 
 TEST(Drift, IsCalledFalselyAtMostOnceInTwenty) {
   // Three standard deviations of a share of 2000 draws about 0.05.
-  constexpr double kMost = 0.05 + 3 * 0.0049;
+  constexpr double kMax = 0.05 + 3 * 0.0049;
   std::uint64_t seed = 4100;
   for (const std::size_t earlier : {3, 10}) {
     for (const double beyond_stated : {0.0, 1.0, 10.0}) {
       const Called called = Try(earlier, beyond_stated, ++seed);
-      EXPECT_LE(called.falsely, kMost) << earlier << " results, scatter " << beyond_stated;
+      EXPECT_LE(called.falsely, kMax) << earlier << " results, scatter " << beyond_stated;
       if (beyond_stated == 0) {
         EXPECT_GE(called.rightly, earlier == 3 ? 0.8 : 0.99)
             << earlier << " results, scatter " << beyond_stated;
@@ -159,7 +159,7 @@ TEST(Drift, IsCalledFalselyAtMostOnceInTwentyHoweverManyQuantitiesThereAre) {
     return std::ranges::any_of(changes, [](const Change& change) { return change.differs(); });
   };
   constexpr int kSeries = 200;
-  constexpr double kMost = 0.05 + 2 * 0.0154;  // and twice its scatter
+  constexpr double kMax = 0.05 + 2 * 0.0154;  // and twice its scatter
   Random random(20261126);
   for (const int results : {3, 10}) {
     int alarms = 0;
@@ -170,7 +170,7 @@ TEST(Drift, IsCalledFalselyAtMostOnceInTwentyHoweverManyQuantitiesThereAre) {
       alarms += any(Drift(earlier, TenOf(random, 0, 0))) ? 1 : 0;
       found += any(Drift(earlier, TenOf(random, 1, 40))) ? 1 : 0;
     }
-    EXPECT_LE(alarms, kMost * kSeries) << results;
+    EXPECT_LE(alarms, kMax * kSeries) << results;
     EXPECT_GE(found, 0.9 * kSeries) << results;
   }
 }

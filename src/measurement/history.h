@@ -65,7 +65,7 @@ inline constexpr int kMaxChangesADay = 20;
 inline constexpr int kMaxChanges = 1000;
 
 /// Records in history.db that a printer's nozzle was changed: earlier measurements do not apply to
-/// the new one. Errors: kInput: it cannot be written; kMeasurement: kMostChangesADay are recorded.
+/// the new one. Errors: kInput: it cannot be written; kMeasurement: kMaxChangesADay are recorded.
 [[nodiscard]] Result<void> NoteNozzleChange(const std::filesystem::path& recordings,
                                             const std::string& utc, const std::string& printer);
 

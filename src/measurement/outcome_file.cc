@@ -31,9 +31,9 @@ ordered_json AnswerJson(const Answer& answer) {
 /// True if a 95 % interval is possible for a standard uncertainty: its half-width is 1.96 of them
 /// for a normal distribution, 12.7 for Student's with one degree of freedom.
 bool Plausible(double standard_uncertainty, double width) {
-  constexpr double kLeast = 1;
-  constexpr double kMost = 100;
-  return kLeast * standard_uncertainty <= width / 2 && width / 2 <= kMost * standard_uncertainty;
+  constexpr double kMin = 1;
+  constexpr double kMax = 100;
+  return kMin * standard_uncertainty <= width / 2 && width / 2 <= kMax * standard_uncertainty;
 }
 
 /// Reads a value with its uncertainty if the verdict is good, else none.

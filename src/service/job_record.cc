@@ -62,12 +62,12 @@ std::string CompactUtc(std::string utc) {
 }
 
 bool IsRunId(std::string_view text) {
-  constexpr std::size_t kMost = 64;
+  constexpr std::size_t kMax = 64;
   const bool plain = std::all_of(text.begin(), text.end(), [](char c) {
     return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_' ||
            c == '-';
   });
-  return plain && !text.empty() && text.size() <= kMost;
+  return plain && !text.empty() && text.size() <= kMax;
 }
 
 namespace {

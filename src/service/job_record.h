@@ -95,9 +95,9 @@ inline constexpr const char* kAnswerPicture = "answer.png";
 inline constexpr std::size_t kMaxPictures = 20;
 inline constexpr std::size_t kMaxPictureBytes = std::size_t{4} << 20;
 
-/// Stores a run's picture, and removes the oldest of more than kMostPictures: only files with such
+/// Stores a run's picture, and removes the oldest of more than kMaxPictures: only files with such
 /// a name (run and ".png"). If they cannot be listed or removed, the picture still remains.
-/// @param run  its id. @param png  at most kMostPictureBytes.
+/// @param run  its id. @param png  at most kMaxPictureBytes.
 /// Errors: kMachine: not stored; kInput: too large.
 [[nodiscard]] Result<void> StorePicture(machine::Printer& printer, const std::string& run,
                                         std::string_view png, const machine::WaitLimit& limit);

@@ -137,8 +137,8 @@ class JobServerTest : public ::testing::Test {
   }
 
   static void WaitUntil(const std::function<bool()>& so) {
-    constexpr int kMost = 4000;
-    for (int i = 0; i < kMost && !so(); ++i) {
+    constexpr int kMax = 4000;
+    for (int i = 0; i < kMax && !so(); ++i) {
       std::this_thread::sleep_for(std::chrono::milliseconds(5));
     }
     ASSERT_TRUE(so());

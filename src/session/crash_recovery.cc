@@ -279,14 +279,14 @@ bool IsUnknownState(const std::string& message, const std::string& run) {
 }
 
 Result<std::string> OwnerAtPrinter(const Session& session) {
-  constexpr std::size_t kMost = 200;
+  constexpr std::size_t kMax = 200;
   const auto status =
       TRY(session.printer.Query({{"gcode_macro _TRAMMEL_RUN", {"owner"}}}, session.Within(kAsk_s)));
   const auto macro = status.find("gcode_macro _TRAMMEL_RUN");
   if (macro == status.end() || !macro->is_object()) return std::string();
   const auto owner = macro->find("owner");
   if (owner == macro->end() || !owner->is_string()) return std::string();
-  std::string text = owner->get<std::string>().substr(0, kMost);
+  std::string text = owner->get<std::string>().substr(0, kMax);
   // Sanitised, since it is sent to the printer and the terminal.
   std::erase_if(text, [](char c) { return c <= ' ' || c > '~' || c == ';' || c == '#'; });
   return text;

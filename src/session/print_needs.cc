@@ -195,8 +195,8 @@ std::optional<Check> FindTooMuch(const PrinterFacts& facts, const PrintNeeds& ne
 // only by rounding.
 std::optional<Check> CheckFlowSteps(const PrinterFacts& facts) {
   // Positions have 1 um, filament 0.01 um: stretches of 4 mm differ by 2.8e-5, and pass at 35 mm/s.
-  constexpr double kLeast_mm_s = 0.001;
-  if (facts.instantaneous_corner_velocity_mm_s.value_or(1) >= kLeast_mm_s) return std::nullopt;
+  constexpr double kMin_mm_s = 0.001;
+  if (facts.instantaneous_corner_velocity_mm_s.value_or(1) >= kMin_mm_s) return std::nullopt;
   return Unsafe("corners",
                 fmt::format("instantaneous_corner_velocity of [{}] in printer.cfg is {:g} "
                             "mm/s: the head would stop between a line's stretches; set "

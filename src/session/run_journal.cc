@@ -222,7 +222,7 @@ Result<std::optional<RunJournal>> ReadJournal(const fs::path& path) {
 }
 
 std::map<fs::path, RunJournal> ReadAllJournals(const fs::path& state_folder) {
-  constexpr std::size_t kMost = 100;
+  constexpr std::size_t kMax = 100;
   std::map<fs::path, RunJournal> journals;
   std::error_code error;
   for (fs::directory_iterator at(state_folder, error), end; !error && at != end;
@@ -230,7 +230,7 @@ std::map<fs::path, RunJournal> ReadAllJournals(const fs::path& state_folder) {
     if (!at->path().filename().string().ends_with(kEnding)) continue;
     auto journal = ReadJournal(at->path());
     if (journal && *journal) journals[at->path()] = std::move(**journal);
-    if (journals.size() == kMost) break;
+    if (journals.size() == kMax) break;
   }
   return journals;
 }

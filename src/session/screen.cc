@@ -35,10 +35,10 @@ const char* NameOf(Buttons buttons) {
 }
 
 std::string WithoutMiddle(std::string plain) {
-  constexpr std::size_t kMost = 1000;  // some ten lines of a phone's dialog
+  constexpr std::size_t kMax = 1000;  // some ten lines of a phone's dialog
   constexpr std::string_view kGap = " ... ";
-  if (plain.size() > kMost) {
-    plain.replace(kMost / 2, plain.size() - kMost + kGap.size(), kGap);
+  if (plain.size() > kMax) {
+    plain.replace(kMax / 2, plain.size() - kMax + kGap.size(), kGap);
   }
   return plain;
 }

@@ -154,7 +154,7 @@ bool FrameCloses(const GrayImage& contrast, const GrayImage& seen, const LinePat
     for (double d = 0.5 * pattern.pitch_px; d < *bar_end_px - 0.5 * bead_px; d += 0.5 * bead_px) {
       if (beyond.Filament(a, b, d, d + 0.5 * bead_px).value_or(0) < kFilament) return false;
     }
-    const double from = *bar_end_px + 0.1 * bead_px, to = bar->end_px + 0.35 * bead_px;
+    const double from = *bar_end_px + 0.1 * bead_px, to = *bar_end_px + 0.35 * bead_px;
     const auto on_rail = beyond.Filament(a, b, from, to);
     const double inwards = (left ? 1.5 : -1.5) * bead_px;
     const auto inside = beyond.Filament(a + inwards, b + inwards, from, to);
@@ -252,9 +252,9 @@ struct UsualRung {
 // Rejects texture of the plate, which is lower, thinner, rougher, or broken more often.
 bool IsLine(const Rung& rung, const UsualRung& usual, double pitch_px) {
   constexpr int kFewestZones = 4;
-  constexpr double kLeast = 0.35, kMinShare = 0.6, kRoughest = 0.07;
+  constexpr double kMin = 0.35, kMinShare = 0.6, kRoughest = 0.07;
   return rung.found >= kFewestZones && rung.found >= kMinShare * usual.share * rung.zones &&
-         rung.height > kLeast * usual.height && rung.width_px > kLeast * usual.width_px &&
+         rung.height > kMin * usual.height && rung.width_px > kMin * usual.width_px &&
          rung.roughness_px < kRoughest * pitch_px;
 }
 

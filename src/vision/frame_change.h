@@ -36,7 +36,7 @@ class StillPicture {
 
   /// Adds a frame unless its content moved since the first one: kMoved if more than a thousandth of
   /// all values (a stripe of 3 px in 1280) differ by more than 24 levels, which exceeds the noise
-  /// of a bright stripe and its JPEG. REQUIRES fewer than kMostFrames so far.
+  /// of a bright stripe and its JPEG. REQUIRES fewer than kMaxFrames so far.
   [[nodiscard]] Added Add(const Frame& frame);
 
   [[nodiscard]] int frames() const { return frames_; }

@@ -218,11 +218,11 @@ FUZZ_TARGET(outside_text)(std::string_view text) {
   const std::string clean = Utf8OrReplaced(text);
   (void)nlohmann::json(clean).dump();  // throws where it is not UTF-8
   Require(Utf8OrReplaced(clean) == clean, "what is clean stays as it is");
-  constexpr std::size_t kMost = 40;
+  constexpr std::size_t kMax = 40;
   constexpr std::size_t kEllipsis = 3;
-  const std::string cut = Utf8OrReplaced(text, kMost);
+  const std::string cut = Utf8OrReplaced(text, kMax);
   (void)nlohmann::json(cut).dump();
-  Require(cut.size() <= kMost + kEllipsis, "what is cut is short");
+  Require(cut.size() <= kMax + kEllipsis, "what is cut is short");
   const std::string shown = EscapedForTerminal(text);
   (void)nlohmann::json(shown).dump();
   for (const char c : shown) {

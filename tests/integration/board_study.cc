@@ -354,8 +354,8 @@ void Measure(const sim::BoardWorld& board, const BoardCalibration& calibration, 
 
 TEST(BoardStudy, MeasuresPartsAsTable3Has) {
   Work work;
-  constexpr std::uint64_t kMost = 50;
-  const std::uint64_t boards = std::min(Boards(), kMost);
+  constexpr std::uint64_t kMax = 50;
+  const std::uint64_t boards = std::min(Boards(), kMax);
   for (std::uint64_t i = 0; i < boards; ++i) {
     sim::BoardSetup setup = test::BoardScene();
     SetStations(setup, 100, 150, 400);
@@ -598,8 +598,8 @@ void NameAll(const std::vector<Fault>& faults) {
   fmt::print(
       "\n| fault | named | not good | good and wrong (NEES beyond 99.9 %) |\n"
       "|---|---|---|---|\n");
-  constexpr std::uint64_t kMost = 10;
-  const std::uint64_t boards = std::min(Boards(), kMost);
+  constexpr std::uint64_t kMax = 10;
+  const std::uint64_t boards = std::min(Boards(), kMax);
   for (const Fault& fault : faults) {
     int named = 0;
     int not_good = 0;

@@ -19,7 +19,7 @@ using ::testing::HasSubstr;
 
 const Vector3d kHalf_mm(400, 250, 150);
 constexpr double kWanted_mm = 3;
-constexpr double kLeast_mm = 0.5;
+constexpr double kMin_mm = 0.5;
 constexpr std::uint64_t kSeed = 1401;
 
 sim::CastingTraits FewPoints() {
@@ -50,7 +50,7 @@ TEST(CastingFit, IsWithinWhatTheTrianglesAreOffOfTheBestAtAMillionTriangles) {
   // The guard of the points that it rests on can move all of the part.
   EXPECT_LT(error.shift_mm, 4 * fit.facet_error_mm);
   EXPECT_LT(fit.facet_error_mm, 0.01);
-  EXPECT_GE(LeastExactStock_mm(world, fit), kLeast_mm - 1e-6);
+  EXPECT_GE(LeastExactStock_mm(world, fit), kMin_mm - 1e-6);
   int binding = 0;
   for (const auto& at : fit.stock_allowances) {
     EXPECT_GE(at.stock_allowance_mm, at.min_mm - 1e-6);
@@ -66,7 +66,7 @@ TEST(CastingFit, ACoarseMeshIsSaidToBeCoarseAndLeavesTheLeastAllTheSame) {
     const CastingWorld world = WorldWithMesh(FewPoints(), kSeed + 1, steps);
     const PartFit fit = Fit(world);
     ASSERT_EQ(fit.verdict, Verdict::kGood) << fit.reason;
-    EXPECT_GE(LeastExactStock_mm(world, fit), kLeast_mm - 1e-6) << steps;
+    EXPECT_GE(LeastExactStock_mm(world, fit), kMin_mm - 1e-6) << steps;
     EXPECT_THAT(fit.notices, Contains(HasSubstr("off the smooth surface")));
     // The guard, at most half as much again, can move all of the part.
     EXPECT_LT(ErrorOf(world, fit).shift_mm, 4 * fit.facet_error_mm) << steps;

@@ -23,7 +23,7 @@ using Json = nlohmann::json;
 
 constexpr double kEnd_s = 100;  // until a command has given up by itself; they wait 60 at most
 // Resident; an analysis of frames needs half of it.
-constexpr double kMost_mb = 400 * kSanitizerMemory;
+constexpr double kMax_mb = 400 * kSanitizerMemory;
 constexpr int kLevels = 1'000'000;  // JSON nesting: 2 MB with closing brackets
 constexpr int kSoftwareBug = 70;    // CONVENTIONS.md: the exit code of a bug
 
@@ -275,7 +275,7 @@ TEST_P(HostilePeer, IsSurvived) {
   EXPECT_FALSE(end.timed_out) << end.standard_error;
   EXPECT_EQ(end.signal, 0) << end.standard_error;
   EXPECT_NE(end.exit_code, kSoftwareBug) << end.standard_error;
-  EXPECT_LT(end.peak_memory_mb, kMost_mb);
+  EXPECT_LT(end.peak_memory_mb, kMax_mb);
   const std::string said = end.standard_output + end.standard_error;
   EXPECT_EQ(said.find('\x1b'), std::string::npos) << said;
   EXPECT_EQ(said.find('\x07'), std::string::npos) << said;

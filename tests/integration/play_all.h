@@ -14,7 +14,7 @@ namespace trammel::test {
 /// Runs at most `width` at a time.
 class SideBySide {
  public:
-  static constexpr int kMost = 16;
+  static constexpr int kMax = 16;
   explicit SideBySide(int width) : free_(width) {}
 
   void Start(const Scenario& scenario) {
@@ -29,7 +29,7 @@ class SideBySide {
   [[nodiscard]] const Outcome& Of(const std::string& name) { return outcomes_.at(name).get(); }
 
  private:
-  std::counting_semaphore<kMost> free_;
+  std::counting_semaphore<kMax> free_;
   std::map<std::string, std::shared_future<Outcome>> outcomes_;
 };
 

@@ -52,7 +52,7 @@ Asked AskForPrint(const json& told, const std::vector<std::string>& settings) {
   asked.config = Configured(settings);
   procedure::testing::FakePrinter printer;
   std::string fault;
-  printer.state = machine::ReadStatus(told, 0, &fault);
+  printer.state = machine::ReadStatus(told, &fault);
   if (!fault.empty()) {
     asked.refusal = fault;
     return asked;

@@ -75,12 +75,12 @@ class Taken {
 
  private:
   bool TakeHead(const ChildMessage& message) {
-    constexpr std::uint64_t kMost = 20'000'000;
+    constexpr std::uint64_t kMax = 20'000'000;
     if (message.bytes.size() != sizeof head_ || head_.triangles != 0) return false;
     std::memcpy(&head_, message.bytes.data(), sizeof head_);
     solid_.faces = head_.faces;
     solid_.chord_error_mm = head_.chord_error_mm;
-    return head_.vertices <= kMost && head_.triangles <= kMost;
+    return head_.vertices <= kMax && head_.triangles <= kMax;
   }
 
   template <class T>

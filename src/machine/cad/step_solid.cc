@@ -248,7 +248,7 @@ Result<TopoDS_Shape> OneSolid(const STEPControl_Reader& reader, const TopoDS_Sha
 // until they meet.
 Result<void> CheckGaps(const TopoDS_Shape& solid, std::vector<std::string>& notices) {
   constexpr double kSaid_mm = 0.002;
-  constexpr double kMost_mm = 0.02;
+  constexpr double kMax_mm = 0.02;
   double max_mm = 0;
   gp_Pnt where;
   TopTools_IndexedMapOfShape vertices;
@@ -259,7 +259,7 @@ Result<void> CheckGaps(const TopoDS_Shape& solid, std::vector<std::string>& noti
     max_mm = BRep_Tool::Tolerance(vertex);
     where = BRep_Tool::Pnt(vertex);
   }
-  if (max_mm > kMost_mm) {
+  if (max_mm > kMax_mm) {
     return Fail(
         fmt::format("its faces do not meet: they are up to {:.3f} mm apart, the worst at {}; it is "
                     "damaged or was exported too coarsely: repair it in the CAD program",

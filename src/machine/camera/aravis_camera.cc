@@ -71,8 +71,8 @@ struct FoundCamera {
 std::vector<FoundCamera> LookForCameras() {
   std::vector<FoundCamera> found;
   arv_update_device_list();
-  constexpr unsigned kMost = 32;
-  const unsigned count = std::min(arv_get_n_devices(), kMost);
+  constexpr unsigned kMax = 32;
+  const unsigned count = std::min(arv_get_n_devices(), kMax);
   for (unsigned i = 0; i < count; ++i) {
     FoundCamera camera;
     camera.id = TextOf(arv_get_device_id(i));

@@ -39,9 +39,9 @@ std::optional<double> Number(const HeaderFields& fields, std::string_view name) 
   const std::string& text = field->second;
   double value = 0;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  constexpr double kMost = 1e12;
+  constexpr double kMax = 1e12;
   if (error != std::errc{} || end != text.data() + text.size() || !std::isfinite(value) ||
-      value <= 0 || value > kMost) {
+      value <= 0 || value > kMax) {
     return std::nullopt;
   }
   return value;

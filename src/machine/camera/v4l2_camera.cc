@@ -113,8 +113,8 @@ class V4l2Camera final : public FrameSource {
 
 std::string V4l2Camera::OfferedFormats() const {
   std::string offered;
-  constexpr unsigned kMost = 32;
-  for (unsigned i = 0; i < kMost; ++i) {
+  constexpr unsigned kMax = 32;
+  for (unsigned i = 0; i < kMax; ++i) {
     v4l2_fmtdesc format{};
     format.index = i;
     format.type = V4L2_BUF_TYPE_VIDEO_CAPTURE;

@@ -34,9 +34,9 @@ std::string NameIn(const json& section, const char* key) {
 
 /// Returns a positive number of plausible size.
 std::optional<double> Size(const json& section, const char* key) {
-  constexpr double kMost = 1e8;
+  constexpr double kMax = 1e8;
   const auto number = Number(section, key);
-  return number && *number > 0 && *number <= kMost ? number : std::nullopt;
+  return number && *number > 0 && *number <= kMax ? number : std::nullopt;
 }
 
 void ReadExtruder(const json& section, PrinterFacts& facts) {

@@ -29,9 +29,9 @@ std::string Path(SpoolmanEntity entity, int id) {
 }
 
 std::optional<int> Id(const json& object, const char* name) {
-  constexpr double kMost = 2'000'000'000;
+  constexpr double kMax = 2'000'000'000;
   const auto number = Number(object, name);
-  if (!number || *number < 0 || *number > kMost || *number != std::floor(*number)) return {};
+  if (!number || *number < 0 || *number > kMax || *number != std::floor(*number)) return {};
   return static_cast<int>(*number);
 }
 
@@ -71,8 +71,8 @@ std::pair<int, int> MajorMinor(const std::string& version) {
 }  // namespace
 
 WaitLimit Spoolman::Left() const {
-  constexpr double kLeast_s = 0.001;  // a limit is above zero
-  return {std::max(kLeast_s, deadline_s_ - HostNow()), limit_.stop};
+  constexpr double kMin_s = 0.001;  // a limit is above zero
+  return {std::max(kMin_s, deadline_s_ - HostNow()), limit_.stop};
 }
 
 // Distinguishes a hanging Spoolman from a lost link: the server still answers its own methods.

@@ -34,9 +34,9 @@ void CloseBoth(const Ends& ends) {
 // Closes inherited descriptors, so that no lost agent's connection survives in the child.
 void CloseAllOthers() {
   if (close_range(STDERR_FILENO + 1, ~0U, 0) == 0) return;
-  constexpr int kMost = 65536;
+  constexpr int kMax = 65536;
   const long most = sysconf(_SC_OPEN_MAX);
-  for (int fd = STDERR_FILENO + 1; fd < (most > 0 && most < kMost ? most : kMost); ++fd) close(fd);
+  for (int fd = STDERR_FILENO + 1; fd < (most > 0 && most < kMax ? most : kMax); ++fd) close(fd);
 }
 
 // Only async-signal-safe calls after the fork, as other threads may have held any lock.

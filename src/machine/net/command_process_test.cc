@@ -39,8 +39,8 @@ Output Follow(const std::vector<std::string>& words) {
 }
 
 void WaitForFile(const std::filesystem::path& file) {
-  constexpr int kMost = 2000;
-  for (int i = 0; i < kMost && !std::filesystem::exists(file); ++i) {
+  constexpr int kMax = 2000;
+  for (int i = 0; i < kMax && !std::filesystem::exists(file); ++i) {
     std::this_thread::sleep_for(std::chrono::milliseconds(5));
   }
   EXPECT_TRUE(std::filesystem::exists(file)) << file;

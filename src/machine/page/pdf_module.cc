@@ -269,11 +269,11 @@ std::uint64_t RowBytes(const PageLayout& layout) {
 
 /// True if its size in bytes fits into a number.
 bool MayBePage(const PageLayout& layout) {
-  constexpr std::int64_t kMost = 1'000'000;
+  constexpr std::int64_t kMax = 1'000'000;
   const auto within = [](std::int64_t number, std::int64_t most) {
     return number > 0 && number <= most;
   };
-  return within(layout.width, kMost) && within(layout.height, kMost) && within(layout.samples, 4) &&
+  return within(layout.width, kMax) && within(layout.height, kMax) && within(layout.samples, 4) &&
          within(layout.bits, 16);
 }
 

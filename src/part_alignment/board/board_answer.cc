@@ -375,8 +375,8 @@ std::optional<PrintResult> PrintOf(const BoardWork& work) {
     pairs.emplace_back(meant->second,
                        plane.axes.transpose() * (work.state.marks_mm[i] - plane.middle));
   }
-  constexpr std::size_t kLeast = 4;
-  if (pairs.size() < kLeast) return std::nullopt;
+  constexpr std::size_t kMin = 4;
+  if (pairs.size() < kMin) return std::nullopt;
   MatrixXd rows(static_cast<Index>(pairs.size()), 3);
   MatrixXd places(static_cast<Index>(pairs.size()), 2);
   double low = std::numeric_limits<double>::infinity();
@@ -426,8 +426,8 @@ double DiscRadius(const BoardWork& work) {
   const BoardNetwork& network = work.pieces.network;
   const std::vector<Vector3d> normals = NormalsOf(network, work.state);
   std::vector<double> radii;
-  constexpr std::size_t kMost = 2000;
-  for (std::size_t i = 0; i < network.observations.size() && radii.size() < kMost; ++i) {
+  constexpr std::size_t kMax = 2000;
+  for (std::size_t i = 0; i < network.observations.size() && radii.size() < kMax; ++i) {
     const NetworkObservation& observation = network.observations[i];
     const BoardView& view = work.measurement->views[observation.station];
     if (view.discs.empty() || !TakesPart(network, observation)) continue;

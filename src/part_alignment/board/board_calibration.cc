@@ -83,9 +83,8 @@ void FitSigmas(BoardWork& work) {
     const double places = placed ? std::sqrt(work.precision.place_square / (freedom - 2)) : 1;
     for (NetworkObservation& observation : network.observations) observation.sigma_px *= factor;
     work.pixel_factor *= factor;
-    constexpr double kLeast_mm = 1e-4;
-    const double machine_mm =
-        std::clamp(network.machine.repeatability_mm * places, kLeast_mm, 10.0);
+    constexpr double kMin_mm = 1e-4;
+    const double machine_mm = std::clamp(network.machine.repeatability_mm * places, kMin_mm, 10.0);
     const bool same = std::abs(factor - 1) < 1e-3 &&
                       std::abs(machine_mm / network.machine.repeatability_mm - 1) < 1e-2;
     network.machine.repeatability_mm = machine_mm;

@@ -30,7 +30,7 @@ struct BoardPieces {
 /// observations are not used. REQUIRES Validate.
 [[nodiscard]] BoardPieces PiecesOf(const BoardMeasurement& measurement);
 
-/// Drops marks of fewer than three used observations and stations of fewer than `kLeastMarks`,
+/// Drops marks of fewer than three used observations and stations of fewer than `kMinMarks`,
 /// repeatedly until none is left.
 inline constexpr int kMinMarksInView = 4;
 void LeaveOutLonely(BoardNetwork& network);

@@ -148,12 +148,12 @@ std::vector<std::size_t> TakeStrays(const PinHole& pin_hole, double bend,
   }
   std::map<std::size_t, double> usual;
   for (const auto& [view, sizes] : by_view) usual[view] = Median(sizes);
-  constexpr double kFar = 8;       // times the median of the picture
-  constexpr double kLeast = 0.03;  // in halves of the picture's width
+  constexpr double kFar = 8;     // times the median of the picture
+  constexpr double kMin = 0.03;  // in halves of the picture's width
   std::vector<std::size_t> strays;
   std::vector<PlanarView> kept;
   for (std::size_t i = 0; i < observations.size(); ++i) {
-    if (off[i] > std::max(kLeast, kFar * usual[observations[i].station])) {
+    if (off[i] > std::max(kMin, kFar * usual[observations[i].station])) {
       strays.push_back(observations[i].observation);
     } else {
       kept.push_back(observations[i]);

@@ -154,16 +154,16 @@ Capability JudgeCapability(double expanded_mm, double lower_mm, double upper_mm,
 namespace {
 
 Result<void> Check(const BudgetScene& scene) {
-  constexpr double kMost_mm = 1e6;
+  constexpr double kMax_mm = 1e6;
   const auto sound = [](const auto& v) {
-    return v.allFinite() && v.cwiseAbs().maxCoeff() < kMost_mm;
+    return v.allFinite() && v.cwiseAbs().maxCoeff() < kMax_mm;
   };
   bool finite = sound(scene.target_sigma_mm) && sound(scene.pose_sigma) && sound(scene.low_mm) &&
                 sound(scene.high_mm) && sound(scene.still_mm) &&
                 (!scene.out_sigma_mm || sound(*scene.out_sigma_mm));
   for (const Vector3d& target : scene.targets_mm) finite = finite && sound(target);
   if (!finite) {
-    return Fail(fmt::format("a number of the budget is not finite, or beyond {:g} mm", kMost_mm));
+    return Fail(fmt::format("a number of the budget is not finite, or beyond {:g} mm", kMax_mm));
   }
   if (!((scene.high_mm - scene.low_mm).minCoeff() >= 0)) {
     return Fail(fmt::format("the box ends at {} {} {} mm, before it begins at {} {} {} mm",

@@ -91,8 +91,8 @@ Result<int> Finish(const MeasureArguments& arguments, files::AlignmentInput inpu
 
 Result<void> CheckNormal(const std::vector<double>& normal) {
   const double norm = std::hypot(normal[0], normal[1], normal[2]);
-  constexpr double kLeast = 1e-6;
-  if (norm >= kLeast && std::isfinite(norm)) return {};
+  constexpr double kMin = 1e-6;
+  if (norm >= kMin && std::isfinite(norm)) return {};
   return Fail(fmt::format("--normal {} is no direction", fmt::join(normal, ",")));
 }
 

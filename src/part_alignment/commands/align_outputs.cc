@@ -105,7 +105,7 @@ Result<report::Figure> DrawView(const report::AlignmentOutput& output, std::size
 /// a picture would be grey, and more would make the page too large to send.
 std::set<std::size_t> ShownViews(const part_alignment::Alignment& alignment,
                                  const std::vector<fs::path>& pictures) {
-  constexpr std::size_t kMost = 6;
+  constexpr std::size_t kMax = 6;
   std::vector<std::pair<double, std::size_t>> views;
   for (std::size_t i = 0; i < pictures.size(); ++i) {
     if (pictures[i].empty()) continue;
@@ -118,7 +118,7 @@ std::set<std::size_t> ShownViews(const part_alignment::Alignment& alignment,
   }
   std::sort(views.begin(), views.end());
   std::set<std::size_t> shown;
-  for (std::size_t i = 0; i < std::min(kMost, views.size()); ++i) shown.insert(views[i].second);
+  for (std::size_t i = 0; i < std::min(kMax, views.size()); ++i) shown.insert(views[i].second);
   return shown;
 }
 
@@ -265,8 +265,8 @@ Result<void> AlignmentRecord::MakeFolder() {
   if (!folder_.empty()) return {};
   const std::string name = app::RecordingName(measurement::Instrument::kPartAlignment);
   std::error_code error;
-  constexpr int kMost = 100;
-  for (int i = 1; i <= kMost; ++i) {
+  constexpr int kMax = 100;
+  for (int i = 1; i <= kMax; ++i) {
     const fs::path folder = parent_ / (i == 1 ? name : fmt::format("{}-{}", name, i));
     const bool made = fs::create_directory(folder, error);
     if (error) break;

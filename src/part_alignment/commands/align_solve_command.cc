@@ -75,12 +75,12 @@ std::optional<part_alignment::MonteCarloUncertainty> Simulate(
 CLI::Validator NumberOfTrials() {
   return CLI::Validator(
       [](const std::string& text) -> std::string {
-        constexpr int kLeast = 100;
-        constexpr int kMost = 1'000'000;
+        constexpr int kMin = 100;
+        constexpr int kMax = 1'000'000;
         int trials = -1;
         const bool whole = CLI::detail::lexical_cast(text, trials);
-        if (whole && (trials == 0 || (trials >= kLeast && trials <= kMost))) return {};
-        return fmt::format("{} is neither 0 nor a whole number in {} … {}", text, kLeast, kMost);
+        if (whole && (trials == 0 || (trials >= kMin && trials <= kMax))) return {};
+        return fmt::format("{} is neither 0 nor a whole number in {} … {}", text, kMin, kMax);
       },
       "INT");
 }

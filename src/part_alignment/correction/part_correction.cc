@@ -177,8 +177,8 @@ Result<void> CheckTilt(const OffsetCorrection& correction) {
   const double beta_rad = correction.tilt_rad.y();
   const double tilt_rad =
       std::acos(std::clamp(std::cos(alpha_rad) * std::cos(beta_rad), -1.0, 1.0));
-  constexpr double kMost_rad = 0.1;  // beyond any shim
-  if (tilt_rad <= kMost_rad) return {};
+  constexpr double kMax_rad = 0.1;  // beyond any shim
+  if (tilt_rad <= kMax_rad) return {};
   return Fail(
       fmt::format(
           "the part's Z leans by {:.1f} degrees from the machine's (alpha {:.1f}, beta "
@@ -187,7 +187,7 @@ Result<void> CheckTilt(const OffsetCorrection& correction) {
           "targets, the right side up, and are their coordinates not mirrored? --tilts is "
           "for controls that turn about X and Y",
           tilt_rad * 180 / std::numbers::pi, 1000 * alpha_rad, 1000 * beta_rad,
-          correction.largest_remainder_mm, 1000 * kMost_rad),
+          correction.largest_remainder_mm, 1000 * kMax_rad),
       ErrorKind::kInput);
 }
 

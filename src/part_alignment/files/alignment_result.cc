@@ -16,8 +16,8 @@ namespace {
 using nlohmann::json;
 
 constexpr std::size_t kMaxBytes = 100'000'000;
-constexpr double kMost_mm = 1e6;
-constexpr double kMost_rad = 2 * std::numbers::pi;
+constexpr double kMax_mm = 1e6;
+constexpr double kMax_rad = 2 * std::numbers::pi;
 
 std::optional<Eigen::Vector3d> OptionalThree(JsonObject& object, const char* key, double most) {
   if (object.Find(key) == nullptr) return std::nullopt;
@@ -31,7 +31,7 @@ void ReadUncertainty(JsonObject& root, AlignmentResult& result) {
   constexpr std::array kNames = {"x_mm", "y_mm", "z_mm", "alpha_rad", "beta_rad", "gamma_rad"};
   Eigen::Matrix<double, 6, 1> sigma;
   for (std::size_t i = 0; i < kNames.size(); ++i) {
-    sigma(static_cast<Eigen::Index>(i)) = object.Number(kNames[i], {0, kMost_mm});
+    sigma(static_cast<Eigen::Index>(i)) = object.Number(kNames[i], {0, kMax_mm});
   }
   if (const auto read = object.Faults(); !read) root.Adopt(read.error());
   result.standard_uncertainty = sigma;
@@ -50,7 +50,7 @@ Result<std::vector<part_alignment::PartTarget>> ReadTargets(JsonObject& owner) {
   for (const json& entry : list != nullptr ? *list : json::array()) {
     JsonObject object = owner.Inner(entry, fmt::format("targets[{}]", targets.size()));
     part_alignment::PartTarget target{ReadTargetId(object, "id", nullptr),
-                                      ReadThree(object, "ideal_mm", {-kMost_mm, kMost_mm})};
+                                      ReadThree(object, "ideal_mm", {-kMax_mm, kMax_mm})};
     TRY(object.Faults());
     targets.push_back(std::move(target));
   }
@@ -68,7 +68,7 @@ Result<AlignmentResult> FromKept(const measurement::Outcome& outcome, JsonObject
   for (std::size_t i = 0; i < kPoseAnswers.size(); ++i) {
     const bool angle = i >= 3;
     const std::string_view unit = angle ? "rad" : "mm";
-    const double most = angle ? kMost_rad : kMost_mm;
+    const double most = angle ? kMax_rad : kMax_mm;
     const measurement::Answer* const answer = outcome.Find(kPoseAnswers.at(i));
     if (answer == nullptr || answer->unit != unit) {
       return Fail(fmt::format("{}: holds no {} in {}", file, kPoseAnswers.at(i), unit));
@@ -105,8 +105,8 @@ Result<AlignmentResult> FromPrinted(JsonObject& root, const std::string& file) {
         NotGood(file, verdict, said ? reason->get<std::string>() : "no reason given"));
   }
   AlignmentResult result;
-  result.machine_from_part = {ReadThree(root, "part_mm", {-kMost_mm, kMost_mm}),
-                              ReadThree(root, "part_angles_rad", {-kMost_rad, kMost_rad})};
+  result.machine_from_part = {ReadThree(root, "part_mm", {-kMax_mm, kMax_mm}),
+                              ReadThree(root, "part_angles_rad", {-kMax_rad, kMax_rad})};
   ReadUncertainty(root, result);
   const json* notices = root.OptionalList("notices", 0, 10'000);
   for (const json& notice : notices != nullptr ? *notices : json::array()) {
@@ -138,8 +138,8 @@ Result<SupportsFile> ReadSupportsFile(const std::filesystem::path& path) {
     JsonObject object = root.Inner(entry, fmt::format("supports[{}]", file.supports.size()));
     part_alignment::Support support;
     support.id = ReadTargetId(object, "id", nullptr);
-    support.part_mm = ReadThree(object, "part_mm", {-kMost_mm, kMost_mm});
-    support.direction_machine = ReadThree(object, "direction", {-kMost_mm, kMost_mm});
+    support.part_mm = ReadThree(object, "part_mm", {-kMax_mm, kMax_mm});
+    support.direction_machine = ReadThree(object, "direction", {-kMax_mm, kMax_mm});
     const double length = support.direction_machine.norm();
     constexpr double kMinLength = 1e-6;
     if (length < kMinLength) object.Fault("direction", "has no length; give three numbers");
@@ -149,8 +149,8 @@ Result<SupportsFile> ReadSupportsFile(const std::filesystem::path& path) {
   }
   if (const json* value = root.Find("ideal"); value != nullptr) {
     JsonObject ideal = root.Inner(*value, "ideal");
-    file.ideal_angles_rad = OptionalThree(ideal, "angles_rad", kMost_rad);
-    file.ideal_translation_mm = OptionalThree(ideal, "translation_mm", kMost_mm);
+    file.ideal_angles_rad = OptionalThree(ideal, "angles_rad", kMax_rad);
+    file.ideal_translation_mm = OptionalThree(ideal, "translation_mm", kMax_mm);
     TRY(ideal.Finish());
   }
   TRY(root.Finish());

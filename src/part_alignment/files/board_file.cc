@@ -25,7 +25,7 @@ using part_alignment::BoardView;
 constexpr std::size_t kMaxBytes = 20'000'000;
 constexpr std::size_t kMaxViews = 2000;
 constexpr std::size_t kMaxTouches = 1000;
-constexpr double kMost_mm = 1e6;
+constexpr double kMax_mm = 1e6;
 constexpr double kMaxSigma_mm = 1000;
 
 Eigen::Matrix3d ReadSpindle(JsonObject& view) {
@@ -43,7 +43,7 @@ Result<void> ReadViews(JsonObject& root, BoardMeasurement& measurement) {
     JsonObject object = root.Inner(entry, fmt::format("views[{}]", measurement.views.size()));
     BoardView view;
     view.picture = object.Text("picture");
-    view.spindle_mm = ReadThree(object, "spindle_mm", {-kMost_mm, kMost_mm});
+    view.spindle_mm = ReadThree(object, "spindle_mm", {-kMax_mm, kMax_mm});
     view.spindle_rotation = ReadSpindle(object);
     if (!object.failed() && (view.picture.empty() || !names.insert(view.picture).second)) {
       object.Fault("picture", "must be the name of a file, and of another one in each view");
@@ -61,7 +61,7 @@ Result<void> ReadTouches(JsonObject& root, BoardMeasurement& measurement) {
     JsonObject object = root.Inner(entry, fmt::format("touches[{}]", measurement.touches.size()));
     BoardTouch touch;
     touch.mark = ReadTargetId(object, "mark", nullptr);
-    touch.spindle_mm = ReadThree(object, "spindle_mm", {-kMost_mm, kMost_mm});
+    touch.spindle_mm = ReadThree(object, "spindle_mm", {-kMax_mm, kMax_mm});
     touch.tool_length_mm = object.Number("tool_length_mm", {-10'000, 10'000});
     const double sigma_mm = object.Number("sigma_mm", {1e-6, kMaxSigma_mm});
     const std::string axes = object.Text("axes");

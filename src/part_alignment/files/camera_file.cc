@@ -113,7 +113,7 @@ Json FileJson(const CameraFile& file) {
   return json;
 }
 
-constexpr double kMost_mm = 1e6;
+constexpr double kMax_mm = 1e6;
 constexpr double kMaxSigma_mm = 100;
 constexpr double kMaxSigma_rad = 0.1;
 
@@ -134,7 +134,7 @@ Result<void> ReadSetUp(JsonObject& root, GridMeasurement& grid) {
   auto read = Within(root, "camera", [&](JsonObject& o) { ReadCameraFrame(o, grid.camera); });
   if (!read) return read;
   read = Within(root, "cmm_from_taper", [&](JsonObject& o) {
-    grid.cmm_from_taper.translation_mm = ReadThree(o, "translation_mm", {-kMost_mm, kMost_mm});
+    grid.cmm_from_taper.translation_mm = ReadThree(o, "translation_mm", {-kMax_mm, kMax_mm});
     constexpr double kTurn = 2 * std::numbers::pi;  // degrees by mistake are mostly beyond
     grid.cmm_from_taper.angles_rad = ReadThree(o, "angles_rad", {-kTurn, kTurn});
     grid.taper_sigma << ReadThree(o, "sigma_mm", {0, kMaxSigma_mm}),
@@ -283,7 +283,7 @@ Result<CalibrationGridFile> ReadCalibrationGrid(const std::filesystem::path& pat
   for (const nlohmann::json& entry : root.List("views", 1, kMaxViews)) {
     JsonObject view = root.Inner(entry, fmt::format("views[{}]", file.grid.views.size()));
     part_alignment::GridView seen;
-    seen.tip_mm = ReadThree(view, "tip_mm", {-kMost_mm, kMost_mm});
+    seen.tip_mm = ReadThree(view, "tip_mm", {-kMax_mm, kMax_mm});
     const part_alignment::Camera& camera = file.grid.camera;
     seen.column_px = view.Number("column_px", {-0.5, camera.width_px - 0.5});
     seen.row_px = view.Number("row_px", {-0.5, camera.height_px - 0.5});

@@ -22,8 +22,8 @@ using part_alignment::OpenCvCamera;
 
 // Collects a matrix's numbers in any form: nested lists, {rows, cols, data}, a text of words.
 bool Collect(const json& value, std::vector<double>& numbers) {
-  constexpr std::size_t kMost = 64;
-  if (numbers.size() > kMost) return false;
+  constexpr std::size_t kMax = 64;
+  if (numbers.size() > kMax) return false;
   if (value.is_number()) {
     numbers.push_back(value.get<double>());
     return true;
@@ -46,7 +46,7 @@ bool Collect(const json& value, std::vector<double>& numbers) {
     }
     double number = 0;
     const auto read = std::from_chars(at, end, number);
-    if (read.ec != std::errc{} || numbers.size() > kMost) return false;
+    if (read.ec != std::errc{} || numbers.size() > kMax) return false;
     numbers.push_back(number);
     at = read.ptr;
   }
@@ -77,11 +77,11 @@ Result<std::optional<Found>> Find(const json& root, const std::string& file,
 
 Result<void> SetSize(const std::vector<double>& size, const std::string& file,
                      OpenCvCamera& camera) {
-  constexpr double kMost_px = 100'000;
+  constexpr double kMax_px = 100'000;
   for (const double side : size) {
-    if (!(side >= 1 && side <= kMost_px) || side != std::floor(side)) {
+    if (!(side >= 1 && side <= kMax_px) || side != std::floor(side)) {
       return Fail(
-          fmt::format("{}: the picture's size {} must be whole, 1 … {} px", file, side, kMost_px));
+          fmt::format("{}: the picture's size {} must be whole, 1 … {} px", file, side, kMax_px));
     }
   }
   if (size.size() != 2)

@@ -23,7 +23,7 @@ using part_alignment::IdealSurface;
 using part_alignment::MeasuredPoint;
 using part_alignment::SurfaceKind;
 
-constexpr double kMost_mm = 1e6;
+constexpr double kMax_mm = 1e6;
 constexpr std::size_t kMaxPoints = 100'000;
 constexpr std::size_t kMaxBytes = 50'000'000;
 
@@ -49,8 +49,8 @@ Result<void> ReadMesh(JsonObject& object, NamedMeshes& meshes, IdealSurface& sur
   const auto unit = object.OptionalChoice("unit", {"mm", "cm", "m", "inch"});
   const nlohmann::json* open = object.Find("open");
   if (open != nullptr && !open->is_boolean()) object.Fault("open", "must be true or false");
-  surface.max_facet_error_mm = object.OptionalNumber("most_facet_error_mm", {1e-9, kMost_mm});
-  surface.stock_allowance_mm = object.Number("overstock_mm", {-kMost_mm, kMost_mm});
+  surface.max_facet_error_mm = object.OptionalNumber("most_facet_error_mm", {1e-9, kMax_mm});
+  surface.stock_allowance_mm = object.Number("overstock_mm", {-kMax_mm, kMax_mm});
   TRY(object.Finish());
   const bool may_be_open = open != nullptr && open->get<bool>();
   const std::tuple key(file, unit.value_or(""), may_be_open);
@@ -84,11 +84,11 @@ Result<void> ReadSurfaces(JsonObject& root, NamedMeshes meshes, PartFile& part) 
     surface.kind = kind == "shaft"  ? SurfaceKind::kShaft
                    : kind == "bore" ? SurfaceKind::kBore
                                     : SurfaceKind::kPlane;
-    surface.middle_mm = ReadThree(object, "middle_mm", {-kMost_mm, kMost_mm});
-    surface.direction = ReadThree(object, "direction", {-kMost_mm, kMost_mm});
+    surface.middle_mm = ReadThree(object, "middle_mm", {-kMax_mm, kMax_mm});
+    surface.direction = ReadThree(object, "direction", {-kMax_mm, kMax_mm});
     if (surface.kind != SurfaceKind::kPlane)
-      surface.radius_mm = object.Number("radius_mm", {0, kMost_mm});
-    surface.stock_allowance_mm = object.Number("overstock_mm", {-kMost_mm, kMost_mm});
+      surface.radius_mm = object.Number("radius_mm", {0, kMax_mm});
+    surface.stock_allowance_mm = object.Number("overstock_mm", {-kMax_mm, kMax_mm});
     TRY(object.Finish());
     part.surfaces.push_back(std::move(surface));
   }
@@ -170,8 +170,8 @@ Result<std::vector<MeasuredPoint>> PointsFromJson(std::string_view text, const s
     JsonObject object = root.Inner(entry, fmt::format("points[{}]", points.size()));
     MeasuredPoint point;
     point.id = Id(object, "id");
-    point.at_mm = ReadThree(object, "at_mm", {-kMost_mm, kMost_mm});
-    point.sigma_mm = object.Number("sigma_mm", {1e-9, kMost_mm});
+    point.at_mm = ReadThree(object, "at_mm", {-kMax_mm, kMax_mm});
+    point.sigma_mm = object.Number("sigma_mm", {1e-9, kMax_mm});
     if (object.has("surface")) point.surface = Id(object, "surface");
     TRY(object.Finish());
     points.push_back(std::move(point));
@@ -218,8 +218,8 @@ Result<std::vector<part_alignment::ScaleBar>> ReadScaleBars(JsonObject& root) {
     part_alignment::ScaleBar bar;
     bar.from = Id(object, "from");
     bar.to = Id(object, "to");
-    bar.length_mm = object.Number("length_mm", {0, kMost_mm});
-    bar.sigma_mm = object.Number("sigma_mm", {0, kMost_mm});
+    bar.length_mm = object.Number("length_mm", {0, kMax_mm});
+    bar.sigma_mm = object.Number("sigma_mm", {0, kMax_mm});
     TRY(object.Finish());
     read_bars.push_back(std::move(bar));
   }
@@ -234,13 +234,13 @@ Result<PartFile> ReadPartFile(const std::filesystem::path& path, const MeshReade
   PartFile part;
   part.options.min_stock_allowance_mm = root.Number("least_overstock_mm", {-1000, 1000}, 0.0);
   part.options.guard_sigmas = root.Number("guard_sigmas", {0, 10}, 2.0);
-  part.options.max_uneven_mm = root.OptionalNumber("most_uneven_mm", {1e-9, kMost_mm});
+  part.options.max_uneven_mm = root.OptionalNumber("most_uneven_mm", {1e-9, kMax_mm});
   TRY(ReadSurfaces(root, {read_mesh, path.parent_path(), {}}, part));
   part.bars = TRY(ReadScaleBars(root));
   if (const nlohmann::json* start = root.Find("start")) {
     JsonObject object = root.Inner(*start, "start");
     geometry::Pose pose;
-    pose.translation_mm = ReadThree(object, "translation_mm", {-kMost_mm, kMost_mm});
+    pose.translation_mm = ReadThree(object, "translation_mm", {-kMax_mm, kMax_mm});
     constexpr double kTurn = 2 * std::numbers::pi;
     pose.angles_rad = ReadThree(object, "angles_rad", {-kTurn, kTurn});
     TRY(object.Finish());
@@ -298,23 +298,23 @@ Result<BudgetFile> ReadBudgetFile(const std::filesystem::path& path) {
   BudgetFile file;
   part_alignment::BudgetScene& scene = file.scene;
   ReadLists(root, file);
-  scene.target_sigma_mm = ReadThree(root, "target_sigma_mm", {0, kMost_mm});
+  scene.target_sigma_mm = ReadThree(root, "target_sigma_mm", {0, kMax_mm});
   if (root.has("pose_sigma_mm"))
     scene.pose_sigma.head<3>() = ReadThree(root, "pose_sigma_mm", {0, 1e3});
   if (root.has("pose_sigma_rad"))
     scene.pose_sigma.tail<3>() = ReadThree(root, "pose_sigma_rad", {0, 1});
   if (root.has("repeats")) scene.repeats = root.Integer("repeats", {0, 1'000'000});
-  scene.low_mm = ReadThree(root, "box_low_mm", {-kMost_mm, kMost_mm});
-  scene.high_mm = ReadThree(root, "box_high_mm", {-kMost_mm, kMost_mm});
+  scene.low_mm = ReadThree(root, "box_low_mm", {-kMax_mm, kMax_mm});
+  scene.high_mm = ReadThree(root, "box_high_mm", {-kMax_mm, kMax_mm});
   scene.still_mm = scene.low_mm;
-  if (root.has("still_mm")) scene.still_mm = ReadThree(root, "still_mm", {-kMost_mm, kMost_mm});
+  if (root.has("still_mm")) scene.still_mm = ReadThree(root, "still_mm", {-kMax_mm, kMax_mm});
   scene.temperature_half_width_k = root.Number("temperature_half_width_k", {0, 1000}, 1.0);
   scene.expansion_per_k = root.Number("expansion_per_k", {-1e-3, 1e-3}, 11e-6);
   scene.length_error_mm = root.Number("length_error_mm", {0, 1000}, 0.05);
   scene.length_error_per_mm = root.Number("length_error_per_mm", {0, 1}, 20e-6);
-  if (root.has("out_sigma_mm")) scene.out_sigma_mm = ReadThree(root, "out_sigma_mm", {0, kMost_mm});
+  if (root.has("out_sigma_mm")) scene.out_sigma_mm = ReadThree(root, "out_sigma_mm", {0, kMax_mm});
   if (root.has("tolerance_mm")) {
-    const auto limits = root.Numbers("tolerance_mm", 2, 2, {-kMost_mm, kMost_mm});
+    const auto limits = root.Numbers("tolerance_mm", 2, 2, {-kMax_mm, kMax_mm});
     if (!root.failed() && !(limits[0] < limits[1])) {
       root.Fault("tolerance_mm",
                  fmt::format("is [{}, {}]; it must be the lower and the upper limit", limits[0],

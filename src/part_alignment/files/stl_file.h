@@ -45,7 +45,7 @@ using MeshReader = std::function<Result<MeshFile>(
 /// decides which of the two it is, whatever its first word. Skips normals, attributes and bytes
 /// behind the last triangle (StlTrailingBytes), which some programs write.
 /// Errors (kInput) name file, place and remedy: neither of the two, cut short, more triangles than
-/// it states, more than kMostTriangles, a number that is invalid or not finite.
+/// it states, more than kMaxTriangles, a number that is invalid or not finite.
 [[nodiscard]] Result<part_alignment::TriangleMesh> ParseStl(std::string_view bytes,
                                                             const std::string& file,
                                                             double mm_per_unit);
@@ -54,7 +54,7 @@ using MeshReader = std::function<Result<MeshFile>(
 /// whole number of them. 0 for any other file.
 [[nodiscard]] std::size_t StlTrailingBytes(std::string_view bytes);
 
-/// Reads a solid from a file (MakeSolid). Refuses files beyond 84 + 50 · kMostTriangles bytes
+/// Reads a solid from a file (MakeSolid). Refuses files beyond 84 + 50 · kMaxTriangles bytes
 /// unread.
 /// @param unit  absent: mm, with a notice.
 /// @param open  true: the shell may be open.

@@ -22,13 +22,13 @@ using part_alignment::SurveyPicture;
 constexpr std::size_t kMaxBytes = 100'000'000;
 constexpr std::size_t kMaxPictures = 10'000;
 constexpr std::size_t kMaxObservations = 10'000;  // per picture
-constexpr double kMost_px = 1e6;
+constexpr double kMax_px = 1e6;
 constexpr double kMaxTurn = 7;  // rad: a full one and a little
 
 // Reads the outline of a disc about this centre, if there is one.
 std::optional<ImageEllipse> ReadDisc(JsonObject& object, double column_px, double row_px) {
   if (!object.has("disc_px")) return std::nullopt;
-  const auto axes = object.Numbers("disc_px", 2, 2, {0, kMost_px});
+  const auto axes = object.Numbers("disc_px", 2, 2, {0, kMax_px});
   const double angle_rad = object.Number("disc_angle_rad", {-kMaxTurn, kMaxTurn});
   if (axes.size() != 2) return std::nullopt;
   return ImageEllipse{column_px, row_px, axes[0], axes[1], angle_rad};
@@ -40,8 +40,8 @@ Result<std::vector<PlainPoint>> ReadPlainPoints(JsonObject& picture) {
   for (const nlohmann::json& entry : picture.List("plain_points", 0, kMaxObservations)) {
     JsonObject inner = picture.Inner(entry, fmt::format("plain_points[{}]", points.size()));
     PlainPoint point;
-    point.column_px = inner.Number("column_px", {-kMost_px, kMost_px});
-    point.row_px = inner.Number("row_px", {-kMost_px, kMost_px});
+    point.column_px = inner.Number("column_px", {-kMax_px, kMax_px});
+    point.row_px = inner.Number("row_px", {-kMax_px, kMax_px});
     point.sigma_px = inner.Number("sigma_px", {1e-6, 1e3});
     point.disc = ReadDisc(inner, point.column_px, point.row_px);
     TRY(inner.Finish());
@@ -68,8 +68,8 @@ Result<SurveyPicture> ReadPicture(JsonObject object) {
         object.Inner(entry, fmt::format("observations[{}]", picture.observations.size()));
     Observation observation;
     observation.target = ReadTargetId(inner, "target", nullptr);
-    observation.column_px = inner.Number("column_px", {-kMost_px, kMost_px});
-    observation.row_px = inner.Number("row_px", {-kMost_px, kMost_px});
+    observation.column_px = inner.Number("column_px", {-kMax_px, kMax_px});
+    observation.row_px = inner.Number("row_px", {-kMax_px, kMax_px});
     observation.sigma_px = inner.Number("sigma_px", {1e-6, 1e3});
     if (const auto disc = ReadDisc(inner, observation.column_px, observation.row_px)) {
       picture.discs.push_back(*disc);

@@ -14,7 +14,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr double kMost_mm = 1e6;
+constexpr double kMax_mm = 1e6;
 
 std::string Place(const Vector3d& at_mm) {
   return fmt::format("({:.3f}, {:.3f}, {:.3f}) mm", at_mm.x(), at_mm.y(), at_mm.z());
@@ -37,11 +37,11 @@ Result<void> CheckNumbers(const TriangleMesh& mesh) {
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
     for (const std::uint32_t v : mesh.triangles[t]) {
       const Vector3d& at_mm = mesh.vertices_mm[v];
-      if (at_mm.allFinite() && at_mm.cwiseAbs().maxCoeff() <= kMost_mm) continue;
+      if (at_mm.allFinite() && at_mm.cwiseAbs().maxCoeff() <= kMax_mm) continue;
       return Fail(
           fmt::format("triangle {} has a corner at {}; numbers must be finite and within "
                       "{:.0f} mm",
-                      t + 1, Place(at_mm), kMost_mm));
+                      t + 1, Place(at_mm), kMax_mm));
     }
   }
   return {};

@@ -74,7 +74,7 @@ struct MeshTopology {
   std::vector<MeshEdge> crowded;
 };
 
-/// REQUIRES at most kMostTriangles, three different vertices in each.
+/// REQUIRES at most kMaxTriangles, three different vertices in each.
 /// Cost: n log n for any mesh, 0.2 s for a million triangles.
 [[nodiscard]] MeshTopology TopologyOf(const TriangleMesh& mesh);
 

@@ -103,8 +103,8 @@ Linear RobustLinear(Problem problem, Motion motion) {
     for (const double mm : Eigen::VectorXd(linear.stock_allowance_mm - wanted)) {
       off.push_back(std::abs(mm));
     }
-    constexpr double kLeast_mm = 1e-6;
-    const double usual_mm = 3 * std::max(Median(off), kLeast_mm);
+    constexpr double kMin_mm = 1e-6;
+    const double usual_mm = 3 * std::max(Median(off), kMin_mm);
     for (std::size_t i = 0; i < off.size(); ++i) {
       problem.contacts[i].weight =
           weights[static_cast<Eigen::Index>(i)] / (1 + std::pow(off[i] / usual_mm, 2));
@@ -185,7 +185,7 @@ std::string BeyondRim(const PartFitInput& input, const Problem& problem, const L
 
 std::string TurnedRound(const Problem& problem, const Motion& motion) {
   constexpr double kBeside = 0.01;  // share of the extent: neither behind nor in front of the plane
-  constexpr double kMost = 0.5;     // share of points in front, minimum
+  constexpr double kMax = 0.5;      // share of points in front, minimum
   const double beside_mm = kBeside * ExtentOf(problem);
   std::map<const IdealSurface*, std::pair<int, int>> sides;  // points behind and before
   for (const SurfaceContact& of : problem.contacts) sides[of.surface];
@@ -199,7 +199,7 @@ std::string TurnedRound(const Problem& problem, const Motion& motion) {
       side.first += out_mm < -beside_mm ? 1 : 0;
       side.second += out_mm > beside_mm ? 1 : 0;
     }
-    if (side.first > 0 || side.second < kMost * others || others == 0) continue;
+    if (side.first > 0 || side.second < kMax * others || others == 0) continue;
     return fmt::format(
         "the direction of {} seems turned round: it must show out of the part, and all {} points "
         "of other surfaces lie on that side; turn it, or measure a surface behind it",
@@ -209,10 +209,10 @@ std::string TurnedRound(const Problem& problem, const Motion& motion) {
 }
 
 std::string WildPoint(const PartFitInput& input, const Problem& problem, const Motion& motion) {
-  constexpr std::size_t kLeast = 4;  // points per surface: three have no outlier
-  constexpr double kScatters = 10;   // robust scatters of the other points
-  constexpr double kSigmas = 10;     // sigmas of the point
-  constexpr double kDents = 2;       // times the stock allowance
+  constexpr std::size_t kMin = 4;   // points per surface: three have no outlier
+  constexpr double kScatters = 10;  // robust scatters of the other points
+  constexpr double kSigmas = 10;    // sigmas of the point
+  constexpr double kDents = 2;      // times the stock allowance
   // One of a mesh's many points has little influence, and the robust rounds are slow.
   const Linear linear =
       problem.has_mesh ? Linearise(problem, motion) : RobustLinear(problem, motion);
@@ -223,7 +223,7 @@ std::string WildPoint(const PartFitInput& input, const Problem& problem, const M
   double worst = 1;
   std::string words;
   for (const auto& [surface, contacts] : surfaces) {
-    if (contacts.size() < kLeast) continue;
+    if (contacts.size() < kMin) continue;
     std::vector<double> allowances;
     for (const std::size_t i : contacts) {
       allowances.push_back(linear.stock_allowance_mm[static_cast<Eigen::Index>(i)]);

@@ -27,15 +27,13 @@ using Eigen::Vector3d;
 using Eigen::VectorXd;
 using Matrix6 = Eigen::Matrix<double, 6, 6>;
 
-constexpr double kMost_mm = 1e6;
+constexpr double kMax_mm = 1e6;
 
-bool Sound(const Eigen::Vector3d& v) {
-  return v.allFinite() && v.cwiseAbs().maxCoeff() <= kMost_mm;
-}
+bool Sound(const Eigen::Vector3d& v) { return v.allFinite() && v.cwiseAbs().maxCoeff() <= kMax_mm; }
 
 Result<void> CheckMesh(const IdealSurface& surface) {
   if (surface.mesh == nullptr) return Fail(fmt::format("surface {} has no mesh", surface.id));
-  if (!(std::abs(surface.stock_allowance_mm) < kMost_mm)) {
+  if (!(std::abs(surface.stock_allowance_mm) < kMax_mm)) {
     return Fail(
         fmt::format("surface {}: overstock_mm is {}", surface.id, surface.stock_allowance_mm));
   }
@@ -68,16 +66,16 @@ Result<std::set<std::string>> CheckSurfaces(PartFitInput& input, const PartFitOp
       continue;
     }
     const double length = surface.direction.norm();
-    if (!Sound(surface.middle_mm) || !(length > 1e-9 && length < kMost_mm)) {
+    if (!Sound(surface.middle_mm) || !(length > 1e-9 && length < kMax_mm)) {
       return Fail(fmt::format("surface {}: its middle or its direction cannot be", surface.id));
     }
     surface.direction /= length;
     if (surface.kind != SurfaceKind::kPlane &&
-        !(surface.radius_mm > 0 && surface.radius_mm < kMost_mm)) {
+        !(surface.radius_mm > 0 && surface.radius_mm < kMax_mm)) {
       return Fail(fmt::format("surface {}: radius_mm is {}; it must be above 0", surface.id,
                               surface.radius_mm));
     }
-    if (!(std::abs(surface.stock_allowance_mm) < kMost_mm)) {
+    if (!(std::abs(surface.stock_allowance_mm) < kMax_mm)) {
       return Fail(
           fmt::format("surface {}: overstock_mm is {}", surface.id, surface.stock_allowance_mm));
     }
@@ -94,7 +92,7 @@ Result<std::set<std::string>> CheckPoints(const PartFitInput& input,
     if (!ids.insert(point.id).second) {
       return Fail(fmt::format("point {} stands there twice", point.id));
     }
-    if (!Sound(point.at_mm) || !(point.sigma_mm > 0 && point.sigma_mm < kMost_mm)) {
+    if (!Sound(point.at_mm) || !(point.sigma_mm > 0 && point.sigma_mm < kMax_mm)) {
       return Fail(
           fmt::format("point {}: {} {} {} mm, sigma {} mm; numbers must be finite, sigma "
                       "above 0",
@@ -164,8 +162,8 @@ Result<PartFitInput> CheckedPartFit(const PartFitInput& input, const PartFitOpti
             fmt::format("scale bar {}-{}: {} is none of the points", bar.from, bar.to, end));
       }
     }
-    if (bar.from == bar.to || !(bar.length_mm > 0 && bar.length_mm < kMost_mm) ||
-        !(bar.sigma_mm >= 0 && bar.sigma_mm < kMost_mm)) {
+    if (bar.from == bar.to || !(bar.length_mm > 0 && bar.length_mm < kMax_mm) ||
+        !(bar.sigma_mm >= 0 && bar.sigma_mm < kMax_mm)) {
       return Fail(fmt::format("scale bar {}-{}: {} mm, sigma {} mm; its length must be above 0",
                               bar.from, bar.to, bar.length_mm, bar.sigma_mm));
     }

@@ -116,8 +116,8 @@ std::size_t Correct(const Camera& camera, double radius_mm,
 }
 
 Result<void> Check(const TargetDisc& disc) {
-  constexpr double kLeast = 1e-6;
-  if (!(disc.normal.norm() >= kLeast) || !disc.normal.allFinite()) {
+  constexpr double kMin = 1e-6;
+  if (!(disc.normal.norm() >= kMin) || !disc.normal.allFinite()) {
     return Fail(fmt::format("the targets' normal ({}, {}, {}) is no direction", disc.normal.x(),
                             disc.normal.y(), disc.normal.z()));
   }

@@ -402,7 +402,7 @@ double RepeatabilityByResiduals(const PoseProblem& problem, const Theta& theta,
 double TargetErrorByResiduals(const PoseProblem& problem, const Theta& theta, double usual_mm,
                               double share) {
   constexpr double kShows_sigma = 1;
-  constexpr double kMost = 1e6;
+  constexpr double kMax = 1e6;
   constexpr double kNear = 1.01;
   const TargetDirections all = DirectionsOfTargets(problem, theta);
   const Eigen::Index count = (all.reach.array() >= kShows_sigma).count();
@@ -415,7 +415,7 @@ double TargetErrorByResiduals(const PoseProblem& problem, const Theta& theta, do
     return (residual.square() / (1 + (times * reach).square())).sum() > wanted;
   };
   double low = 1;
-  double high = kMost;
+  double high = kMax;
   if (!too_small(low)) return usual_mm;
   while (high > kNear * low) {
     const double middle = std::sqrt(low * high);

@@ -359,13 +359,13 @@ Result<void> CheckObservation(const Camera& camera, const Observation& seen, std
 
 Result<void> ValidateTargetCovariance(const Eigen::MatrixXd& covariance, std::size_t target_count) {
   constexpr double kRounding = 1e-9;
-  constexpr double kMost_mm2 = 1e6;
+  constexpr double kMax_mm2 = 1e6;
   const auto rows = 3 * static_cast<Eigen::Index>(target_count);
   if (covariance.rows() != rows || covariance.cols() != rows) {
     return Fail(fmt::format("the targets' covariance is {} x {}, {} targets need {} x {}",
                             covariance.rows(), covariance.cols(), target_count, rows, rows));
   }
-  if (!covariance.allFinite() || covariance.cwiseAbs().maxCoeff() > kMost_mm2) {
+  if (!covariance.allFinite() || covariance.cwiseAbs().maxCoeff() > kMax_mm2) {
     return Fail("the targets' covariance has entries that are no numbers or beyond 1e6 mm^2");
   }
   const double largest = covariance.cwiseAbs().maxCoeff();

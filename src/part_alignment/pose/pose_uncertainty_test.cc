@@ -209,7 +209,7 @@ struct AnsweredBench {
     measurement = MeasurementOf(world, 0.05);
     alignment = Solve(measurement, {}).value();
   }
-  [[nodiscard]] std::vector<std::string> Caveats(
+  [[nodiscard]] std::vector<std::string> Found(
       const SolveOptions& options, const std::optional<CalibrationRecord>& calibration = {}) const {
     return Caveats(measurement, options, alignment, calibration, kToday);
   }
@@ -222,18 +222,17 @@ TEST(Caveats, InputsThatLeaveThePlaceOpenAreSpokenOf) {
   SolveOptions slip;
   slip.inputs.clamp_eccentricity_mm = 15;  // meant in um
   bench.alignment = Solve(bench.measurement, slip).value();
-  EXPECT_THAT(bench.Caveats(slip),
-              ElementsAre(HasSubstr("leaves the part's place uncertain by 30")));
+  EXPECT_THAT(bench.Found(slip), ElementsAre(HasSubstr("leaves the part's place uncertain by 30")));
 }
 
 TEST(Caveats, ACameraFromOtherDistancesOrYearsIsSpokenOf) {
   const AnsweredBench bench(std::numbers::pi);
   SolveOptions options;
   options.inputs.clamp_eccentricity_mm = 0.015;
-  EXPECT_THAT(bench.Caveats(options, CalibrationRecord{"2026-11-01", 200, 400}), IsEmpty());
-  EXPECT_THAT(bench.Caveats(options, CalibrationRecord{"2026-11-01", 395, 1430}),
+  EXPECT_THAT(bench.Found(options, CalibrationRecord{"2026-11-01", 200, 400}), IsEmpty());
+  EXPECT_THAT(bench.Found(options, CalibrationRecord{"2026-11-01", 395, 1430}),
               ElementsAre(HasSubstr("calibrated (2026-11-01) from 395 to 1430 mm")));
-  EXPECT_THAT(bench.Caveats(options, CalibrationRecord{"2024-11-01", 200, 400}),
+  EXPECT_THAT(bench.Found(options, CalibrationRecord{"2024-11-01", 200, 400}),
               ElementsAre(HasSubstr("calibrated 751 days ago")));
 }
 

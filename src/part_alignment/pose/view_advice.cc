@@ -115,9 +115,9 @@ std::vector<CandidateView> CandidateViews(const PoseProblem& problem, const Thet
 }
 
 double WeakestSigma(const ThetaMatrix& information) {
-  constexpr double kMost_mm = 1e6;
+  constexpr double kMax_mm = 1e6;
   const double least = geometry::SymmetricEigenvalues(information)[0];
-  return least > 1 / (kMost_mm * kMost_mm) ? 1 / std::sqrt(least) : kMost_mm;
+  return least > 1 / (kMax_mm * kMax_mm) ? 1 / std::sqrt(least) : kMax_mm;
 }
 
 double LogDeterminant(const ThetaMatrix& information) {
@@ -145,14 +145,14 @@ double UsualDistance(const PoseProblem& problem, const Theta& theta) {
 
 std::vector<Matrix3d> UsedOrientations(const PoseProblem& problem) {
   constexpr double kSame = 1e-3;
-  constexpr std::size_t kMost = 6;
+  constexpr std::size_t kMax = 6;
   std::vector<Matrix3d> orientations;
   for (const WeightedObservation& observation : problem.observations) {
     const Matrix3d orientation = observation.spindle_from_machine.transpose();
     const bool known =
         std::any_of(orientations.begin(), orientations.end(),
                     [&](const Matrix3d& other) { return (other - orientation).norm() < kSame; });
-    if (!known && orientations.size() < kMost) {
+    if (!known && orientations.size() < kMax) {
       orientations.push_back(orientation);
     }
   }

@@ -170,10 +170,10 @@ bool Seen(const View& view, const std::string& id) {
 std::string Rejected(const FoundTargets& found, const Eigen::Vector2d& pixel) {
   // A ring's parts are within three radii of its middle.
   constexpr double kRadii = 3;
-  constexpr double kLeast_px = 20;
+  constexpr double kMin_px = 20;
   for (const part_alignment::RejectedTarget& rejected : found.rejected) {
     const double away_px = std::hypot(rejected.column_px - pixel.x(), rejected.row_px - pixel.y());
-    if (away_px > std::max(kLeast_px, kRadii * rejected.radius_px)) continue;
+    if (away_px > std::max(kMin_px, kRadii * rejected.radius_px)) continue;
     return fmt::format(": what is there was rejected, because {}",
                        part_alignment::WordsFor(rejected.reason));
   }

@@ -306,11 +306,11 @@ std::string PageOf(const AlignmentOutput& output, std::span<const Figure> views,
 }  // namespace
 
 double ResidualEnlargement(double rms_px, int width_px, int height_px) {
-  constexpr double kLeast = 1;
-  constexpr double kMost = 1e6;
+  constexpr double kMin = 1;
+  constexpr double kMax = 1e6;
   const double side_px = std::max(width_px, height_px);
   const double wanted = kUsual_px * side_px / kMaxSide_px / rms_px;
-  return RoundedDown(wanted >= kLeast ? std::min(wanted, kMost) : kLeast);
+  return RoundedDown(wanted >= kMin ? std::min(wanted, kMax) : kMin);
 }
 
 Figure AlignmentPicture(std::size_t view, const BgrView& picture, int width_px, int height_px,

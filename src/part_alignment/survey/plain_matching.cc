@@ -72,8 +72,8 @@ class Matcher {
   void OrderPartners() {
     const Vector3d middle = 0.5 * (options_.room.low + options_.room.high);
     constexpr double kBest = 0.44;  // rad, 25 degrees
-    constexpr double kLeast = 0.14;
-    constexpr double kMost = 1.4;
+    constexpr double kMin = 0.14;
+    constexpr double kMax = 1.4;
     for (const PlainView& view : views_) {
       const Vector3d from = (view.station().place - middle).normalized();
       std::vector<std::pair<double, std::size_t>> partners;
@@ -82,7 +82,7 @@ class Matcher {
         if (&views_[v] == &view) continue;
         const Vector3d other = (views_[v].station().place - middle).normalized();
         const double angle = std::acos(std::clamp(from.dot(other), -1.0, 1.0));
-        if (angle > kLeast && angle < kMost) partners.emplace_back(std::abs(angle - kBest), v);
+        if (angle > kMin && angle < kMax) partners.emplace_back(std::abs(angle - kBest), v);
         near.emplace_back(angle, v);
       }
       std::sort(partners.begin(), partners.end());

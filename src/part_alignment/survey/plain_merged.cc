@@ -186,10 +186,10 @@ class Merged {
   // opposite, and both occur. These are two discs, each seen too seldom to be a target.
   bool IsSeenAsTwo(std::size_t t, const std::vector<bool>& none) {
     constexpr std::size_t kMinObservations = 2;
-    constexpr std::size_t kMost = 60;  // two discs cause only few
+    constexpr std::size_t kMax = 60;  // two discs cause only few
     constexpr double kMinShare = 0.8;
     const std::vector<Aside> beside = BesideOf(t, none);
-    if (beside.size() < kMinObservations || beside.size() > kMost) return false;
+    if (beside.size() < kMinObservations || beside.size() > kMax) return false;
     for (const Aside& by : beside) {
       const auto offset = AlongSurface(t, by);
       if (!offset) continue;

@@ -362,12 +362,12 @@ std::optional<std::string> TooFew(const SurveyInput& input, const Network& netwo
   for (const SurveyPicture& picture : input.pictures) {
     if (picture.observations.size() >= 4) ++with_targets;
   }
-  constexpr std::size_t kLeast = 6;
-  if (with_targets >= kLeast) return std::nullopt;
+  constexpr std::size_t kMin = 6;
+  if (with_targets >= kMin) return std::nullopt;
   return fmt::format(
       "{} of {} pictures show four coded targets or more ({} targets in all); {} are the least, "
       "some 50 make a good survey",
-      with_targets, input.pictures.size(), network.points.size(), kLeast);
+      with_targets, input.pictures.size(), network.points.size(), kMin);
 }
 
 // Explains why no two pictures were oriented.

@@ -83,12 +83,12 @@ std::vector<std::vector<Vector3d>> RaysOf(const Network& network) {
 std::optional<double> OtherFocal(Network network, const std::vector<std::size_t>& observations,
                                  double tolerance_px, Random& random) {
   constexpr double kMinShare = 0.8;
-  constexpr std::size_t kLeast = 6;
+  constexpr std::size_t kMin = 6;
   const double focal = network.lens[kFocal];
   for (const double factor : {0.9, 1.1, 0.8, 1.25, 0.65, 1.55}) {
     network.lens[kFocal] = factor * focal;
     const auto resection = Resect(network, observations, 10 * tolerance_px, random);
-    if (!resection || resection->agreeing < kLeast) continue;
+    if (!resection || resection->agreeing < kMin) continue;
     const double loss = 10 * tolerance_px / network.observations[observations.front()].sigma_px;
     const auto fit = FitStation(network, observations, resection->station, 0.1 * loss, true);
     if (!fit) continue;

@@ -119,8 +119,8 @@ class Resector {
   }
 
   void TryCodes() {
-    constexpr std::size_t kMost = 6;
-    const std::size_t count = std::min(known_.size(), kMost);
+    constexpr std::size_t kMax = 6;
+    const std::size_t count = std::min(known_.size(), kMax);
     for (std::size_t a = 0; a < count; ++a) {
       for (std::size_t b = a + 1; b < count; ++b) {
         for (std::size_t c = b + 1; c < count; ++c)

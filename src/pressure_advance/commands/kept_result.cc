@@ -19,7 +19,7 @@ namespace trammel::app {
 namespace {
 
 constexpr std::string_view kQuantity = "pressure_advance";
-constexpr double kMost_s = 10;  // limit of pa apply
+constexpr double kMax_s = 10;  // limit of pa apply
 
 }  // namespace
 
@@ -48,11 +48,11 @@ Result<ChosenValue> KeptPressureAdvance(const std::filesystem::path& path) {
   }
   const Quantity quantity = answer->value.quantity();
   const Interval& interval95 = quantity.interval95;
-  if (quantity.value < 0 || interval95.lo < -kMost_s || interval95.hi > kMost_s) {
+  if (quantity.value < 0 || interval95.lo < -kMax_s || interval95.hi > kMax_s) {
     return Fail(fmt::format(
         "{}: {} is {} s, 95 %: {} to {} s; it must lie within 0 ... {} s, and its interval within "
         "+-{} s",
-        path.string(), kQuantity, quantity.value, interval95.lo, interval95.hi, kMost_s, kMost_s));
+        path.string(), kQuantity, quantity.value, interval95.lo, interval95.hi, kMax_s, kMax_s));
   }
   return ChosenValue{quantity.value, quantity, std::move(outcome)};
 }

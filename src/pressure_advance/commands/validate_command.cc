@@ -42,13 +42,13 @@ struct ValidateArguments {
 
 // Sets half of the lines without pressure advance, half with the value, in one pattern.
 Result<void> SetForComparison(double value_s, pressure_advance::PatternConfig& pattern) {
-  constexpr int kLines = 10;           // five of either group, as in the paper
-  constexpr double kLeast_s = 0.0001;  // differs from 0 with the decimals of the G-code
-  if (!(value_s >= kLeast_s && value_s <= 10)) {
+  constexpr int kLines = 10;         // five of either group, as in the paper
+  constexpr double kMin_s = 0.0001;  // differs from 0 with the decimals of the G-code
+  if (!(value_s >= kMin_s && value_s <= 10)) {
     return Fail(
         fmt::format("a pressure advance of {} s cannot be compared with none: it must lie "
                     "within {} ... 10 s",
-                    value_s, kLeast_s));
+                    value_s, kMin_s));
   }
   pattern.pressure_advances_s.clear();
   pattern.line_count = kLines;

@@ -47,11 +47,11 @@ Result<void> CheckRows(std::span<const pressure_advance::FlowPoint> rows) {
                       "acceleration without a second one",
                       row.acceleration_mm_s2, row.flow_mm3_s));
     }
-    constexpr double kMost_s = 2;
+    constexpr double kMax_s = 2;
     const double value_s = row.pressure_advance_s.value;
-    if (!(value_s >= 0 && value_s <= kMost_s)) {
+    if (!(value_s >= 0 && value_s <= kMax_s)) {
       return Fail(fmt::format("pressure advance {} s at {:.2f} mm3/s: OrcaSlicer takes 0 ... {}",
-                              value_s, row.flow_mm3_s, kMost_s));
+                              value_s, row.flow_mm3_s, kMax_s));
     }
   }
   return {};
@@ -72,10 +72,10 @@ Result<OrcaProfile> WithPressureAdvance(std::string_view profile, const std::str
                                         double pressure_advance_s,
                                         std::span<const pressure_advance::FlowPoint> rows) {
   TRY(CheckRows(rows));
-  constexpr double kMost_s = 2;
-  if (!(pressure_advance_s >= 0 && pressure_advance_s <= kMost_s)) {  // false for NaN
+  constexpr double kMax_s = 2;
+  if (!(pressure_advance_s >= 0 && pressure_advance_s <= kMax_s)) {  // false for NaN
     return Fail(fmt::format("pressure advance {} s: OrcaSlicer takes 0 ... {}", pressure_advance_s,
-                            kMost_s));
+                            kMax_s));
   }
   if (const auto kind = KindByContent(profile); kind && kind->is_archive) {
     return Fail(

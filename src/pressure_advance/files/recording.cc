@@ -33,8 +33,8 @@ std::string Crop(const PixelRect& crop) {
 
 // Rounds to 4 decimals, but to more than 0.
 std::string Sigma(double standard_uncertainty) {
-  constexpr double kLeast = 1e-4;
-  return FormatNumber(std::max(kLeast, standard_uncertainty), 4);
+  constexpr double kMin = 1e-4;
+  return FormatNumber(std::max(kMin, standard_uncertainty), 4);
 }
 
 // "95 %: 27.95 to 28.03"

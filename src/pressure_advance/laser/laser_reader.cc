@@ -26,12 +26,12 @@ void ShareScatter(std::span<LineProfile> lines) {
   }
   if (typical.empty()) return;
   const double shared = Median(typical);
-  constexpr double kMost = 1.5;
+  constexpr double kMax = 1.5;
   for (LineProfile& line : lines) {
     for (ProfileSample& sample : line.samples) {
       if (!sample.area.seen()) continue;
       const double half_way = std::sqrt(shared / sample.area.sigma);
-      sample.area.sigma *= std::clamp(half_way, 1 / kMost, kMost);
+      sample.area.sigma *= std::clamp(half_way, 1 / kMax, kMax);
     }
   }
 }
@@ -111,7 +111,7 @@ ProfileSample MeasureFrame(const PlateHeights& plate, const SectionScale& scale,
 /// plate, which does not show the bead's own texture and speckle, nor the bead the plate's texture.
 /// Second differences ignore slow changes of the bead.
 void ScaleToScatter(std::vector<ProfileSample>& samples) {
-  constexpr double kLeast = 0.4;  // neighbours that share noise differ by less than it
+  constexpr double kMin = 0.4;  // neighbours that share noise differ by less than it
   std::vector<double> pulls;
   for (std::size_t i = 1; i + 1 < samples.size(); ++i) {
     const Seen& a = samples[i - 1].area;
@@ -125,7 +125,7 @@ void ScaleToScatter(std::vector<ProfileSample>& samples) {
   if (pulls.size() < 8) {
     return;
   }
-  const double scale = std::max(kLeast, RobustStandardDeviation(pulls));
+  const double scale = std::max(kMin, RobustStandardDeviation(pulls));
   for (ProfileSample& sample : samples) {
     sample.area.sigma *= scale;
   }

@@ -113,8 +113,8 @@ double Rank(const Candidate& candidate, std::size_t wanted) {
 // Returns the size of a view for the selection, in px of its longer side: wide enough for each of
 // the lines.
 double ChoosingSize_px(std::size_t wanted) {
-  constexpr double kLeast_px = 1000, kPerLine_px = 24;
-  return std::clamp(kPerLine_px * static_cast<double>(wanted), kLeast_px, kLongestRectified_px);
+  constexpr double kMin_px = 1000, kPerLine_px = 24;
+  return std::clamp(kPerLine_px * static_cast<double>(wanted), kMin_px, kLongestRectified_px);
 }
 
 // Frame with its reduced view for the selection.

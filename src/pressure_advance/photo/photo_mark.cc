@@ -111,7 +111,7 @@ std::optional<double> FilamentBegins_px(const GrayImage& contrast, const Curve& 
 // brightness between those of plate and lines: blur and thin strokes do not change such a mean.
 double FilamentShare(const GrayImage& contrast, const Curve& rung, double outwards,
                      const Stretch& columns, const Stretch& away, const Levels& levels) {
-  constexpr double kMost = 1.25;
+  constexpr double kMax = 1.25;
   double sum = 0;
   int count = 0;
   for (double out = away.from_px; out <= away.to_px; out += 1) {
@@ -119,7 +119,7 @@ double FilamentShare(const GrayImage& contrast, const Curve& rung, double outwar
       const double y = rung(x) + outwards * out;
       if (y < 0 || y > contrast.height - 1) continue;
       ++count;
-      sum += std::min(kMost, (At(contrast, x, y) - levels.PlateAt(x)) / levels.rise);
+      sum += std::min(kMax, (At(contrast, x, y) - levels.PlateAt(x)) / levels.rise);
     }
   }
   return count > 0 ? sum / count : 0;

@@ -39,10 +39,10 @@ namespace {
 constexpr double kAsk_s = 10;
 
 Result<void> CheckValue(double pressure_advance_s, const ApplyOptions& options) {
-  constexpr double kMost_s = 10;
-  if (!(pressure_advance_s >= 0 && pressure_advance_s <= kMost_s)) {  // false for NaN
-    return Fail(fmt::format("pressure advance {} s: must lie within 0 ... {}", pressure_advance_s,
-                            kMost_s));
+  constexpr double kMax_s = 10;
+  if (!(pressure_advance_s >= 0 && pressure_advance_s <= kMax_s)) {  // false for NaN
+    return Fail(
+        fmt::format("pressure advance {} s: must lie within 0 ... {}", pressure_advance_s, kMax_s));
   }
   if (options.force || pressure_advance_s <= options.limit_s) return {};
   return Fail(

@@ -29,7 +29,7 @@ TEST(CoolForScan, AnyOtherTemperatureIsWaitedFor) {
   testing::FakePrinter printer;
   EXPECT_FALSE(CoolForScan({printer, {}, {}}, printer.state, 150, kLimit_s));
   EXPECT_THAT(printer.scripts, ElementsAre("SET_HEATER_TEMPERATURE HEATER=extruder TARGET=150"));
-  printer.state.heaters["extruder"] = {152, 150, true};
+  printer.state.heaters["extruder"] = {152, 150};
   EXPECT_TRUE(CoolForScan({printer, {}, {}}, printer.state, 150, kLimit_s));
 }
 

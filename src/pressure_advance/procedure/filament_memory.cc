@@ -19,7 +19,7 @@ using Json = nlohmann::json;
 using Values = std::map<std::string, std::map<std::string, double>>;  // filament, nozzle
 
 constexpr double kAsk_s = 10;
-constexpr double kMost_s = 10;
+constexpr double kMax_s = 10;
 constexpr std::size_t kMaxFilaments = 1000;  // written: all are in one line of G-code
 
 bool IsKeyPart(char c) { return (c >= 'a' && c <= 'z') || (c >= '0' && c <= '9') || c == '_'; }
@@ -42,7 +42,7 @@ std::optional<Values> ValuesOf(const Json& variable) {
     for (const auto& [nozzle, value] : nozzles.items()) {
       if (!IsNozzle(nozzle) || !value.is_number()) return std::nullopt;
       const double value_s = value.get<double>();
-      if (!(value_s >= 0 && value_s <= kMost_s)) return std::nullopt;
+      if (!(value_s >= 0 && value_s <= kMax_s)) return std::nullopt;
       values[filament][nozzle] = value_s;
     }
   }
@@ -125,9 +125,9 @@ Result<std::string> FilamentKey(std::string_view name) {
 Result<FilamentPlace> KeepForFilament(const Session& session, std::string_view name,
                                       double pressure_advance_s) {
   const auto key = TRY(FilamentKey(name));
-  if (!(pressure_advance_s >= 0 && pressure_advance_s <= kMost_s)) {  // false for NaN
-    return Fail(fmt::format("pressure advance {} s: must lie within 0 ... {}", pressure_advance_s,
-                            kMost_s));
+  if (!(pressure_advance_s >= 0 && pressure_advance_s <= kMax_s)) {  // false for NaN
+    return Fail(
+        fmt::format("pressure advance {} s: must lie within 0 ... {}", pressure_advance_s, kMax_s));
   }
   const auto variables = TRY(Variables(session));
   const auto active = TRY(AskActiveNozzle(session));
@@ -241,9 +241,9 @@ Result<SpoolPlace> FindSpoolPlace(const Session& session) {
 
 Result<void> KeepOnSpool(const Session& session, const SpoolPlace& place,
                          double pressure_advance_s) {
-  if (!(pressure_advance_s >= 0 && pressure_advance_s <= kMost_s)) {  // false for NaN
-    return Fail(fmt::format("pressure advance {} s: must lie within 0 ... {}", pressure_advance_s,
-                            kMost_s));
+  if (!(pressure_advance_s >= 0 && pressure_advance_s <= kMax_s)) {  // false for NaN
+    return Fail(
+        fmt::format("pressure advance {} s: must lie within 0 ... {}", pressure_advance_s, kMax_s));
   }
   const double value_s = std::round(1e4 * pressure_advance_s) / 1e4;
   // Filament and spool belong together: a stop does not separate them.

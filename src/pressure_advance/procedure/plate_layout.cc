@@ -182,7 +182,6 @@ const PathLeg* LegOf(const machine::TrapezoidMove& move, double x_mm, double y_m
 // Observes frames `first` to `end`, and looks at the one before them.
 Result<void> ObserveChunk(std::span<const CapturedFrame> frames, std::size_t first, std::size_t end,
                           std::span<FrameObservation> observed) {
-  const vision::FrameChangeOptions options;
   vision::FrameSketch sketch;
   vision::FrameSketch before;
   std::vector<float> scratch;
@@ -190,14 +189,14 @@ Result<void> ObserveChunk(std::span<const CapturedFrame> frames, std::size_t fir
     const CapturedFrame& frame = frames[i];
     const auto picture = TRY(machine::DecodeFrame(frame));
     std::swap(sketch, before);
-    vision::SketchFrame(picture.view(), options, sketch);
+    vision::SketchFrame(picture.view(), sketch);
     if (i < first) continue;
     FrameObservation& seen = observed[i];
     seen.arrival_s = frame.arrival_s;
     if (frame.captured) seen.captured_s = frame.captured->time_s;
     seen.sequence = frame.sequence;
     if (before.width == sketch.width && before.height == sketch.height) {
-      seen.change = vision::FrameChange(before, sketch, options, scratch);
+      seen.change = vision::FrameChange(before, sketch, scratch);
     }
   }
   return {};

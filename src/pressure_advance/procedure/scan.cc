@@ -29,22 +29,22 @@ Result<machine::CapturedFrame> CheckLaser(const Session& session, FrameRecorder&
   TRY(CheckStillFree(session));
   TRY(session.printer.Run(settings.laser_on_gcode, session.Within(kCommand_s)));
   TRY(session.printer.FinishMoves(session.Within(kCommand_s)));
-  constexpr double kLeast = 0.0005;  // of the pixels: line 2 px wide, a quarter of the picture
-  constexpr double kLate_s = 3;      // a stream may show what was some seconds ago
+  constexpr double kMin = 0.0005;  // of the pixels: line 2 px wide, a quarter of the picture
+  constexpr double kLate_s = 3;    // a stream may show what was some seconds ago
   const double on_s = machine::HostNow();
   double share = 0;
   do {
     auto lit = TRY(recorder.NextFrame(kFrame_s, session.stop));
     const auto redder = TRY(Reddened(off, lit));
     share = std::max(share, redder);
-    if (share >= kLeast) return std::move(lit);
+    if (share >= kMin) return std::move(lit);
     TRY(CheckStillReady(session));
   } while (machine::HostNow() < on_s + kLate_s);
   return Fail(
       fmt::format("the camera does not see the laser: after {} only {:.3f} % of the picture "
                   "became redder ({:.2f} % are needed): check the laser, its command, the "
                   "camera's exposure and [camera] focus_height",
-                  settings.laser_on_gcode, 100 * share, 100 * kLeast),
+                  settings.laser_on_gcode, 100 * share, 100 * kMin),
       ErrorKind::kMachine);
 }
 

@@ -79,13 +79,13 @@ void EndWith(const Measured& why, SetupResult& result) {
 std::optional<double> LookFurther(const StripeSweep& sweep, double middle_mm,
                                   const ClearHeights& clear) {
   if (sweep.focus_mm.good() || !sweep.sharpest_mm) return std::nullopt;
-  constexpr double kLeast_mm = 1.5;
+  constexpr double kMin_mm = 1.5;
   const double half_mm = kWideHalf_mm + kApproach_mm;
   const double next_mm =
       clear.high_mm - clear.low_mm < 2 * half_mm
           ? middle_mm
           : std::clamp(*sweep.sharpest_mm, clear.low_mm + half_mm, clear.high_mm - half_mm);
-  if (std::abs(next_mm - middle_mm) < kLeast_mm) return std::nullopt;
+  if (std::abs(next_mm - middle_mm) < kMin_mm) return std::nullopt;
   return next_mm;
 }
 
@@ -209,8 +209,8 @@ Result<std::optional<FoundMark>> CentreMark(Run& run, const FoundMark& found) {
                           (along_y->reading.column_px - found.reading.column_px) / dy,
                           (along_y->reading.row_px - found.reading.row_px) / dy};
   const double px_per_mm = found.reading.side_px / run.record.mark.shape.side_mm;
-  constexpr double kLeast = 0.25;  // of the expected determinant if both axes are followed
-  if (std::abs(motion.determinant()) < kLeast * px_per_mm * px_per_mm) {
+  constexpr double kMin = 0.25;  // of the expected determinant if both axes are followed
+  if (std::abs(motion.determinant()) < kMin * px_per_mm * px_per_mm) {
     fault = fmt::format(
         "the mark does not follow the head: a millimetre of x moves it by ({:+.1f}, {:+.1f}) px, "
         "one of y by ({:+.1f}, {:+.1f}) px, and the mark's own size says {:.1f} px; the camera "
@@ -235,13 +235,13 @@ Result<std::optional<FoundMark>> CentreMark(Run& run, const FoundMark& found) {
 Result<void> LookFromGrid(Run& run, const FoundMark& middle) {
   auto& seen = run.record.seen;
   const double half_mm = GridHalf_mm(middle.reading, run.record.mark.shape, seen.picture);
-  constexpr double kLeast_mm = 1;
-  if (half_mm < kLeast_mm) {
+  constexpr double kMin_mm = 1;
+  if (half_mm < kMin_mm) {
     seen.mark_fault = fmt::format(
         "a picture of {}x{} px, in which a side of the mark has {:.0f} px, leaves {:.1f} mm to "
         "move it about, {:.0f} mm are needed: let the camera send larger pictures",
         seen.picture.width_px, seen.picture.height_px, middle.reading.side_px,
-        std::max(0.0, half_mm), kLeast_mm);
+        std::max(0.0, half_mm), kMin_mm);
     return {};
   }
   const auto places = GridPlaces(middle.head, half_mm);

@@ -91,9 +91,9 @@ void DrawMeaning(Canvas& canvas, const Plot& plot, const Panel& panel) {
                     WithAlpha(kPaper, 0.85));
     canvas.Text({inner.right() - 5, baseline}, text, fitted);
   };
-  constexpr double kLeast_px = 18;
-  if (zero - inner.y > kLeast_px) words(inner.y + 14, "above 0: " + panel.too_low);
-  if (inner.bottom() - zero > kLeast_px) words(inner.bottom() - 7, "below 0: " + panel.too_high);
+  constexpr double kMin_px = 18;
+  if (zero - inner.y > kMin_px) words(inner.y + 14, "above 0: " + panel.too_low);
+  if (inner.bottom() - zero > kMin_px) words(inner.bottom() - 7, "below 0: " + panel.too_high);
 }
 
 void DrawPanel(Canvas& canvas, const RectPx& outer, const Range& x, const Range& y,

@@ -159,7 +159,7 @@ TEST(Repeats, HoldTheTruthAsOftenAsTheySay) {
   constexpr int kRuns = 500;
   // The prior is no truth: 3 % are twice its median, of which few patterns show little. Less two
   // standard deviations of the draws.
-  constexpr double kLeast = 0.88;
+  constexpr double kMin = 0.88;
   constexpr double kTruth_s = 0.036, kEach_s = 0.0006;
   Random random(41);
   for (const int count : {2, 3, 5, 9}) {
@@ -180,7 +180,7 @@ TEST(Repeats, HoldTheTruthAsOftenAsTheySay) {
       }
       std::printf("%d patterns, %.0f %% between: %.1f %%\n", count, 100 * between,
                   100.0 * held / kRuns);
-      EXPECT_GE(held, kLeast * kRuns) << count << " " << between;
+      EXPECT_GE(held, kMin * kRuns) << count << " " << between;
     }
   }
 }

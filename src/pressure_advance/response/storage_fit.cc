@@ -249,7 +249,7 @@ std::optional<StorageFit> FitStorage(const std::vector<LineProfile>& profiles,
                                      const Interval& span_mm, const StorageOptions& options) {
   constexpr std::size_t kFewestLines = 4;
   constexpr double kMinLag_s = 0.001;
-  constexpr int kMost = 14, kLearnEvery = 2, kLearnings = 4;
+  constexpr int kMax = 14, kLearnEvery = 2, kLearnings = 4;
   constexpr double kShort = 0.05;
   std::vector<StorageLine> lines;
   std::vector<double> all, pa_s;
@@ -275,7 +275,7 @@ std::optional<StorageFit> FitStorage(const std::vector<LineProfile>& profiles,
   StorageState state = Begin(pattern, std::max(lag_s, kMinLag_s), lines);
   double damping = kFirstDamping;
   Step step;
-  for (int i = 0; i < kMost; ++i) {
+  for (int i = 0; i < kMax; ++i) {
     Linearise(pattern.model, state, lines);
     Weigh(state, options, lines);
     // The scatter is estimated every second step, until it hardly changes.

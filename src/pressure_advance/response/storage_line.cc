@@ -207,8 +207,8 @@ VectorXd AsVector(const std::vector<double>& values) {
 // Computes a reading's derivative over its power: laid^(1 + p) = laid + p * this, nearly. Large
 // swells, which the reading rounds off, contain no information on it.
 double PerPower(double laid) {
-  constexpr double kMost = 1.5;
-  return laid > 0 ? std::min(laid, kMost) * std::log(std::min(laid, kMost)) : 0;
+  constexpr double kMax = 1.5;
+  return laid > 0 ? std::min(laid, kMax) * std::log(std::min(laid, kMax)) : 0;
 }
 
 VectorXd Read(const StorageState& state, const VectorXd& laid) {

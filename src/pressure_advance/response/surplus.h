@@ -50,7 +50,7 @@ struct LineSurplus {
 /// one drift along the line common to all (light, tilt, a wandering flow). So neither a drift nor a
 /// gap that reaches into one line's slow stretch counts as a transition. Levels from few readings
 /// are shrunk towards the other lines'. Unreadable samples are interpolated from their neighbours;
-/// a line with more than kMostUnread of a window unread in one piece is unusable. Transitions that
+/// a line with more than kMaxUnread of a window unread in one piece is unusable. Transitions that
 /// a line does not show by its own flag (LineProfile::shows_acceleration) are skipped. Across a
 /// bead larger than the picture the interpolation is only a lower bound: as much again enters that
 /// transition's sigma.

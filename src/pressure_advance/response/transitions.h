@@ -64,7 +64,7 @@ struct TransitionPlan {
                                                         bool rising);
 
 /// Names the stretch of a transition that no frame shows: "no frame shows the line from 17.2 to
-/// 21.4 mm". Empty if each window is sampled as densely as MeasureSurplus requires (kMostUnread),
+/// 21.4 mm". Empty if each window is sampled as densely as MeasureSurplus requires (kMaxUnread),
 /// and if the sweep's frames are that far apart throughout: a gap is longer than three usual steps.
 /// @param frame_positions_mm  as in ScanLine; at least two of them present, or the answer is empty
 /// @param plan                in mm

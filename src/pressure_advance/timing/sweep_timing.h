@@ -11,7 +11,7 @@
 //     their order.
 //  4. The picture changes more from frame to frame while the head moves than while it stands, and
 //     the more the further it moved, up to a saturation.
-//  5. Each sweep's frames begin before its motion and end after it, with kLeastStill frames of a
+//  5. Each sweep's frames begin before its motion and end after it, with kMinStill frames of a
 //     standing head at either end.
 #pragma once
 

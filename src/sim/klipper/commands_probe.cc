@@ -223,8 +223,8 @@ Result<int> ToolOf(const VirtualKlipper& machine, const Command& line) {
   }
   const auto number = TRY(FloatOf(line, "T"));
   if (!number) return Fail("SET_TOOL_TEMPERATURE: No tool specified and no active tool");
-  constexpr double kMost = 1e6;
-  const int tool = static_cast<int>(std::clamp(*number, -kMost, kMost));
+  constexpr double kMax = 1e6;
+  const int tool = static_cast<int>(std::clamp(*number, -kMax, kMax));
   if (tool != *number) {
     return Fail(
         fmt::format("Error on '{}': unable to parse {}", line.text, line.parameters.at("T")));

@@ -70,13 +70,13 @@ double BreakScale(const PressProfile::At& at, std::size_t below, double variance
 }
 
 Scan ScanSamples(const PressProfile& profile, Workspace& workspace) {
-  constexpr std::size_t kMost = 32;
+  constexpr std::size_t kMax = 32;
   const std::span<const double> y = profile.samples().y;
   if (y.size() < kMinBelow + kMinAbove + 1) {
     return {};
   }
   const std::size_t range = y.size() - kMinBelow - kMinAbove;
-  const std::size_t step = (range + kMost - 1) / kMost;
+  const std::size_t step = (range + kMax - 1) / kMax;
   const Scan scan = workspace.Take<PressProfile::At>((range + step - 1) / step);
   for (std::size_t i = 0; i < scan.size(); ++i) {
     const std::size_t below = kMinBelow + i * step;

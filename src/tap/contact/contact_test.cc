@@ -228,12 +228,12 @@ TEST(TapContact, IntervalsHoldWhereSamplesAreDisturbed) {
 }
 
 TEST(TapContact, NoIntervalCollapsesWhereSamplesAreWildOrHeld) {
-  constexpr double kLeast_um_per_g = 0.1;  // a fifth of what clean taps have
+  constexpr double kMin_um_per_g = 0.1;  // a fifth of what clean taps have
   for (const double share : {0.01, 0.1}) {
     for (const double noise_g : {0.5, 2.0}) {
       for (const PressWorld& world : {PressWorld{.noise_g = noise_g, .held_share = share},
                                       PressWorld{.noise_g = noise_g, .outlier_share = share}}) {
-        EXPECT_GE(Measure(world, 600).min_half_width_um, kLeast_um_per_g * noise_g)
+        EXPECT_GE(Measure(world, 600).min_half_width_um, kMin_um_per_g * noise_g)
             << share << ", " << noise_g << " gf";
       }
     }

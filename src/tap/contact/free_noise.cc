@@ -11,7 +11,7 @@
 namespace trammel::tap {
 namespace {
 
-constexpr std::size_t kLeast = 16;  // samples that tell anything
+constexpr std::size_t kMin = 16;  // samples that tell anything
 
 Stretch Between(const CleanTap& clean, double from_s, double to_s) {
   const std::span<const float> times = clean.samples.time_s;
@@ -70,7 +70,7 @@ bool IsCorrelated(std::span<const double> rest) {
   constexpr std::size_t kFew = 4;
   constexpr double kLimit = 14.9;  // exceeded by white noise in one stretch of 200
   const std::size_t n = rest.size();
-  if (n < kLeast) {
+  if (n < kMin) {
     return false;
   }
   std::array<double, kFew + 1> sum{};
@@ -92,7 +92,7 @@ bool IsCorrelated(std::span<const float> force, double noise_g, std::span<double
   constexpr double kWild = 6;
   constexpr std::size_t kBlocks = 20;
   const std::size_t n = force.size();
-  if (n < kLeast || scratch.size() < n) {
+  if (n < kMin || scratch.size() < n) {
     return false;
   }
   const Line line(force);
@@ -142,7 +142,7 @@ std::span<double> Cleaned(const CleanTap& clean, const Stretch& range, const Fre
   const Workspace::Scope scope(workspace);
   const std::span<double> time_s = workspace.Take<double>(n);
   const std::span<double> rest = workspace.Take<double>(n);
-  if (n < kLeast || rest.empty()) {
+  if (n < kMin || rest.empty()) {
     return {};
   }
   for (std::size_t i = 0; i < n; ++i) {
@@ -166,7 +166,7 @@ FreeSteps FindFreeSteps(const CleanTap& clean, const TapMotion& motion, const Fr
   const std::array<Stretch, 2> ranges = FreeRanges(clean, motion, nozzle);
   const Stretch& before = ranges[1];
   FreeSteps steps;
-  if (before.size() < kLeast) {
+  if (before.size() < kMin) {
     return steps;
   }
   // One drift for both stretches: the weighted mean of their drifts.
@@ -175,7 +175,7 @@ FreeSteps FindFreeSteps(const CleanTap& clean, const TapMotion& motion, const Fr
   double level = 0;
   double level_s = 0;
   for (const Stretch& range : ranges) {
-    if (range.size() < kLeast) {
+    if (range.size() < kMin) {
       continue;
     }
     const Line line(clean.samples.force_g.subspan(range.first, range.size()));
@@ -199,7 +199,7 @@ FreeSteps FindFreeSteps(const CleanTap& clean, const TapMotion& motion, const Fr
     drift = drift_variance = 0;
   }
   const double break_s = motion.CruiseTime(nozzle.break_z_mm) + nozzle.latency_s - clean.origin_s;
-  const double after = std::max(static_cast<double>(kLeast), nozzle.fitted_s / clean.period_s);
+  const double after = std::max(static_cast<double>(kMin), nozzle.fitted_s / clean.period_s);
   // Tests at the break and halfway after it: a thread pulls the more, the longer it gets.
   const double half_s =
       std::max(0.0, 0.5 * (motion.cruise_end_s - motion.CruiseTime(nozzle.break_z_mm)));

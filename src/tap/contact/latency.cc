@@ -116,7 +116,7 @@ class Fit {
   // Returns the variance factor of correlated residuals, as of a first-order regression (Bartlett
   // 1946).
   [[nodiscard]] double Inflation(const State& state) const {
-    constexpr double kMost = 0.9;
+    constexpr double kMax = 0.9;
     std::array<double, kMaxInRange> left;
     const std::size_t n = range_.size();
     double base = 0;
@@ -130,7 +130,7 @@ class Fit {
       squares += (left[i] - base) * (left[i] - base);
       products += i > 0 ? (left[i] - base) * (left[i - 1] - base) : 0;
     }
-    const double r = squares > 0 ? std::clamp(products / squares, 0.0, kMost) : 0;
+    const double r = squares > 0 ? std::clamp(products / squares, 0.0, kMax) : 0;
     return (1 + r) / (1 - r);
   }
 
@@ -156,11 +156,11 @@ class Fit {
   // softening of a sound one, may be a drive that lags: at rest, on the other side of its backlash,
   // the force is then less certain.
   [[nodiscard]] double RestDeviation() const {
-    constexpr double kSoft = 0.4;     // relative to the slope at the break
-    constexpr double kLeast = 0.001;  // keeps the prior finite
+    constexpr double kSoft = 0.4;   // relative to the slope at the break
+    constexpr double kMin = 0.001;  // keeps the prior finite
     const double outer = press_.shape.OuterSlope();
     const double flat = std::min(1.0, 1 + press_.shape.Slope(0) / (kSoft * outer));
-    return kRest_mm * std::max(kLeast, flat) * outer / press_.span_mm;
+    return kRest_mm * std::max(kMin, flat) * outer / press_.span_mm;
   }
   [[nodiscard]] double Time(std::size_t i, const State& state) const {
     return clean_.origin_s + clean_.samples.time_s[i] - state.latency_s;

@@ -59,9 +59,9 @@ void TrimStart(std::size_t count, PressStretch& stretch) {
 
 void CropBaseline(PressStretch& stretch, Workspace& workspace) {
   constexpr double kPresses = 6;  // including the press itself
-  constexpr std::size_t kLeast = 60;
+  constexpr std::size_t kMin = 60;
   constexpr double kWorthwhile = 0.8;
-  while (stretch.y.size() > 2 * kLeast) {
+  while (stretch.y.size() > 2 * kMin) {
     const Workspace::Scope scope(workspace);
     const PressProfile profile(stretch.Samples(), workspace);
     const Scan scan = profile.Ready() ? ScanSamples(profile, workspace) : Scan{};
@@ -73,7 +73,7 @@ void CropBaseline(PressStretch& stretch, Workspace& workspace) {
                                          return SumSquares(a, 0) < SumSquares(b, 0);
                                        });
     const double break_at_most = best->t + scan[1].t - scan[0].t;
-    const std::size_t count = std::max(kLeast, profile.Below(kPresses * break_at_most));
+    const std::size_t count = std::max(kMin, profile.Below(kPresses * break_at_most));
     if (static_cast<double>(count) > kWorthwhile * static_cast<double>(stretch.y.size())) {
       return;
     }

@@ -38,7 +38,7 @@ double MedianRate(const TapView& tap) {
 double ApproachNoise(const TapView& tap, const TapMotion& motion, double depth_mm) {
   constexpr double kMinBeforeHalt_s = 0.05;
   constexpr double kTouchDepth = 2;  // in press depths: plastic touches before the bed does
-  constexpr std::size_t kLeast = 8;
+  constexpr std::size_t kMin = 8;
   if (!motion.has_approach) return kNan;
   const double until_s =
       motion.approach_end_s -
@@ -48,7 +48,7 @@ double ApproachNoise(const TapView& tap, const TapMotion& motion, double depth_m
     const double step = tap.force_g[i] - tap.force_g[i - 1];
     if (tap.time_s[i - 1] >= motion.approach_start_s && std::isfinite(step)) steps.push_back(step);
   }
-  return steps.size() < kLeast ? kNan : RobustStandardDeviation(steps) / std::numbers::sqrt2;
+  return steps.size() < kMin ? kNan : RobustStandardDeviation(steps) / std::numbers::sqrt2;
 }
 
 /// Returns the traits of a good tap whose moves contain a motion.
@@ -262,7 +262,7 @@ double MachineScatter(const Ensemble& ensemble) {
 }
 
 Advice AdviseTaps(double one_mm, double machine_mm, double wanted_mm) {
-  constexpr double kMost = 10;
+  constexpr double kMax = 10;
   Advice advice{"taps per point", "", kNan, kNan, false, {}};
   const double taps =
       std::max(1.0, std::ceil(std::pow(std::hypot(one_mm, machine_mm) / wanted_mm, 2)));
@@ -272,8 +272,8 @@ Advice AdviseTaps(double one_mm, double machine_mm, double wanted_mm) {
         fmt::format(", and the machine's own scatter {:.2f} µm", machine_mm * kUmPerMm);
   }
   advice.because += fmt::format("; {:.2g} µm are wanted", wanted_mm * kUmPerMm);
-  if (taps > kMost) {
-    advice.because += fmt::format(": more than {:.0f} taps, which no mesh has time for", kMost);
+  if (taps > kMax) {
+    advice.because += fmt::format(": more than {:.0f} taps, which no mesh has time for", kMax);
   } else {
     advice.advised = taps;
   }

@@ -20,10 +20,10 @@ using Group = std::vector<std::size_t>;
 
 /// Computes the median of the slopes between all pairs at one place; 0 without any.
 double TheilSenSlope(std::span<const TapResult> taps, const std::vector<Group>& groups) {
-  constexpr std::size_t kMost = 200;
+  constexpr std::size_t kMax = 200;
   std::vector<double> slopes;
   for (const Group& group : groups) {
-    const std::size_t step = 1 + group.size() / kMost;
+    const std::size_t step = 1 + group.size() / kMax;
     for (std::size_t i = 0; i < group.size(); i += step) {
       for (std::size_t j = i + step; j < group.size(); j += step) {
         const TapResult& a = taps[group[i]];

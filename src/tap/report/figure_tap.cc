@@ -239,8 +239,8 @@ void DrawBreak(Canvas& canvas, const RectPx& outer, const PlottedTap& tap,
 
 /// Returns a range around the results that shows the noise and both methods.
 Range CloseUp(const PlottedTap& tap, const BreakSamples& samples, const Range& whole) {
-  constexpr double kLeast_um = 12;
-  double half = kLeast_um;
+  constexpr double kMin_um = 12;
+  double half = kMin_um;
   if (Good(tap.contact)) {
     half = std::max(
         half, 4 * kUmPerMm *

@@ -207,9 +207,9 @@ namespace {
 
 /// Returns half the distance of the nearest two places, as the size of a tile.
 double TileSize(const std::vector<tap::Place>& places) {
-  constexpr std::size_t kMost = 1000;  // number examined: beyond that tiles are dots anyway
+  constexpr std::size_t kMax = 1000;  // number examined: beyond that tiles are dots anyway
   double nearest = std::numeric_limits<double>::infinity();
-  const std::size_t count = std::min(places.size(), kMost);
+  const std::size_t count = std::min(places.size(), kMax);
   for (std::size_t i = 0; i < count; ++i) {
     for (std::size_t j = i + 1; j < count; ++j) {
       nearest = std::min(nearest, std::max(std::abs(places[i].x_mm - places[j].x_mm),

@@ -305,9 +305,9 @@ CleanTap CleanSamples(const TapView& tap, const TapMotion& motion, Workspace& wo
   std::size_t n = clip.end - clip.first;
   std::span<float> time_s = workspace.Take<float>(n);
   std::span<float> force_g = workspace.Take<float>(n);
-  constexpr std::size_t kLeast = 3;
+  constexpr std::size_t kMin = 3;
   clean.memory_suffices = time_s.size() == n && force_g.size() == n;
-  if (n < kLeast || !clean.memory_suffices) {
+  if (n < kMin || !clean.memory_suffices) {
     return clean;
   }
   clean.origin_s = motion.pull_back_start_s;

@@ -18,13 +18,13 @@ struct Stretch {
   [[nodiscard]] std::size_t size() const { return end - first; }
 };
 
-/// Computes the median of up to kMost values spread evenly over a stretch; NaN if it is empty.
-template <std::size_t kMost, class Value>
+/// Computes the median of up to kMax values spread evenly over a stretch; NaN if it is empty.
+template <std::size_t kMax, class Value>
 [[nodiscard]] double MedianOver(Stretch stretch, const Value& value) {
   if (stretch.end <= stretch.first) return std::numeric_limits<double>::quiet_NaN();
   const std::size_t length = stretch.end - stretch.first;
-  const std::size_t count = std::min(length, kMost);
-  std::array<float, kMost> picked;
+  const std::size_t count = std::min(length, kMax);
+  std::array<float, kMax> picked;
   for (std::size_t i = 0; i < count; ++i) {
     picked[i] = static_cast<float>(value(stretch.first + (2 * i + 1) * length / (2 * count)));
   }

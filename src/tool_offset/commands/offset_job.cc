@@ -35,12 +35,12 @@ constexpr const char* kFile = "file";
 
 /// "1,2,3", at most 100 of them; nothing where it is no such list.
 std::optional<std::vector<int>> ParseToolList(std::string_view text) {
-  constexpr std::size_t kMost = 100;
+  constexpr std::size_t kMax = 100;
   std::vector<int> tools;
   for (;;) {
     int tool = 0;
     const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), tool);
-    if (error != std::errc{} || tools.size() >= kMost) return std::nullopt;
+    if (error != std::errc{} || tools.size() >= kMax) return std::nullopt;
     tools.push_back(tool);
     text.remove_prefix(static_cast<std::size_t>(end - text.data()));
     if (text.empty()) return tools;

@@ -77,10 +77,10 @@ TEST(OffsetJob, SaysWhereThePaperIsToLie) {
   printer.told = TwoExtruders();
   const auto offer = OffsetSheetJob().check(PlaceWithPla(), {{"tools", "0,1"}}, &printer);
   ASSERT_TRUE(offer) << offer.error().message;
-  constexpr std::size_t kMost = 240;  // limit of a dialog
+  constexpr std::size_t kMax = 240;  // limit of a dialog
   EXPECT_THAT(offer->question, AllOf(HasSubstr("A5 paper (148 mm along X, 210 along Y)"),
                                      HasSubstr("T0, T1 ready"), HasSubstr("nozzle ")));
-  EXPECT_LE(offer->question.size(), kMost);
+  EXPECT_LE(offer->question.size(), kMax);
 }
 
 constexpr const char* kStart = R"({"format": 1, "stage": "analysed", "printer": "voron",

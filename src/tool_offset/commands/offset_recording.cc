@@ -92,8 +92,8 @@ Result<fs::path> SheetReader::Keep(const fs::path& scan) const {
   const fs::path home = fs::weakly_canonical(folder_, error);
   const fs::path below = whole.lexically_relative(home);
   if (!below.empty() && *below.begin() != "..") return scan;
-  constexpr int kMost = 100;
-  for (int i = 1; i <= kMost; ++i) {
+  constexpr int kMax = 100;
+  for (int i = 1; i <= kMax; ++i) {
     const std::string name = i == 1 ? std::string("scan") : fmt::format("scan-{}", i);
     const fs::path copy = folder_ / (name + scan.extension().string());
     if (fs::exists(copy, error)) continue;
@@ -103,7 +103,7 @@ Result<fs::path> SheetReader::Keep(const fs::path& scan) const {
     return Fail(
         fmt::format("{} cannot be kept as {}: {}", scan.string(), copy.string(), error.message()));
   }
-  return Fail(fmt::format("{}: keeps {} scans already", folder_.string(), kMost));
+  return Fail(fmt::format("{}: keeps {} scans already", folder_.string(), kMax));
 }
 
 Result<bool> SheetReader::Read(const fs::path& scan) { return ReadTogether({scan}, {}); }

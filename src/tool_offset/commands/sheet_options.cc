@@ -157,11 +157,11 @@ Result<void> TakeForSheet(const procedure::Session& session, SheetConfig& config
   const settings::PrinterSettings& stated = config.config.pattern;  // pattern's printer part
   sheet.printer = stated;
   sheet.filament.filament_diameter_mm = config.config.pattern.filament_diameter_mm;
-  constexpr double kLeast_mm_s2 = 100;  // setting's minimum
+  constexpr double kMin_mm_s2 = 100;  // setting's minimum
   const bool named =
       config.config.IsSet(fmt::format("{}.acceleration", tool_offset::kSheetSection));
   const double max_mm_s2 = facts ? facts->max_accel_mm_s2 : 0;
-  if (named || max_mm_s2 < kLeast_mm_s2 || max_mm_s2 >= sheet.acceleration_mm_s2) return {};
+  if (named || max_mm_s2 < kMin_mm_s2 || max_mm_s2 >= sheet.acceleration_mm_s2) return {};
   sheet.acceleration_mm_s2 = max_mm_s2;
   session.Report(
       fmt::format("acceleration of {:g} mm/s2, the most that the printer allows", max_mm_s2));

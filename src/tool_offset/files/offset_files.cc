@@ -41,7 +41,7 @@ constexpr std::array kStartStages{"printing", "printed", "analysed"};
 
 /// Reads the tools of a stored result: tool_N_dx beside tool_N_dy.
 Result<OffsetFile> OffsetsOf(const measurement::Outcome& outcome, const std::string& file) {
-  constexpr double kMost_mm = 50;
+  constexpr double kMax_mm = 50;
   OffsetFile offsets;
   for (int number = 0; number <= kMaxTool; ++number) {
     const measurement::Answer* const dx = outcome.Find(fmt::format("tool_{}_dx", number));
@@ -58,10 +58,10 @@ Result<OffsetFile> OffsetsOf(const measurement::Outcome& outcome, const std::str
     }
     const Quantity& x = dx->value.quantity();
     const Quantity& y = dy->value.quantity();
-    if (dx->unit != "mm" || dy->unit != "mm" || std::abs(x.value) > kMost_mm ||
-        std::abs(y.value) > kMost_mm) {
+    if (dx->unit != "mm" || dy->unit != "mm" || std::abs(x.value) > kMax_mm ||
+        std::abs(y.value) > kMax_mm) {
       return Fail(fmt::format("{}: tool_{}: {} {}, {} {} must be in mm, within +-{}", file, number,
-                              x.value, dx->unit, y.value, dy->unit, kMost_mm));
+                              x.value, dx->unit, y.value, dy->unit, kMax_mm));
     }
     offsets.good.push_back({number, x.value, y.value, x.interval95, y.interval95});
   }

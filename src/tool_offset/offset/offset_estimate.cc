@@ -68,7 +68,7 @@ std::vector<CombSpacing> SpacingsOf(const SheetPlan& plan,
 
 /// Computes the variance of each comb's mean: its tool's scatter, pooled.
 Eigen::VectorXd Variances(const std::vector<CombSpacing>& combs, double& freedom) {
-  constexpr double kLeast_mm2 = 1e-12;  // 1 nm: a drawn page without noise
+  constexpr double kMin_mm2 = 1e-12;  // 1 nm: a drawn page without noise
   std::map<int, std::pair<double, double>> pooled;
   freedom = 0;
   for (const CombSpacing& comb : combs) {
@@ -79,8 +79,7 @@ Eigen::VectorXd Variances(const std::vector<CombSpacing>& combs, double& freedom
   Eigen::VectorXd variance(static_cast<Eigen::Index>(combs.size()));
   for (std::size_t i = 0; i < combs.size(); ++i) {
     const auto& [squares, degrees] = pooled[combs[i].of.first];
-    variance[static_cast<Eigen::Index>(i)] =
-        std::max(kLeast_mm2, squares / degrees) / combs[i].count;
+    variance[static_cast<Eigen::Index>(i)] = std::max(kMin_mm2, squares / degrees) / combs[i].count;
   }
   return variance;
 }
@@ -408,7 +407,7 @@ std::string PhotoNotice(const PhotoOnPage& photo) {
 void Notify(const SheetPlan& plan, const SheetModel& model, SheetResult& result) {
   constexpr double kWorse =
       2;  // times the sheet's scatter; chance does not make it with 24 fingers
-  constexpr double kLeast_mm = 0.003;
+  constexpr double kMin_mm = 0.003;
   constexpr double kUnlike = 2;  // lines of different tools, against what is taken for granted
   result.finger_scatter_mm = model.pooled_scatter_mm();
   result.chi_square_per_freedom = model.freedom() > 0 ? model.chi_square() / model.freedom() : 1;
@@ -440,7 +439,7 @@ void Notify(const SheetPlan& plan, const SheetModel& model, SheetResult& result)
   for (const StructureReading& reading : result.structures) {
     const double scatter_mm = reading.residual_rms_mm;
     if (!reading.offset_mm.good() ||
-        scatter_mm < std::max(kLeast_mm, kWorse * result.finger_scatter_mm)) {
+        scatter_mm < std::max(kMin_mm, kWorse * result.finger_scatter_mm)) {
       continue;
     }
     result.notices.push_back(fmt::format(

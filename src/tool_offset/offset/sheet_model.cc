@@ -239,7 +239,7 @@ Equation Mean(const std::vector<Equation>& views, double share) {
 /// Estimates the part of the fingers' variance that is a photo's own: from differences of their
 /// residuals between one photo and the next.
 double PhotoShare(const std::vector<const std::vector<StructureReading>*>& photos) {
-  constexpr double kLeast = 0.02;
+  constexpr double kMin = 0.02;
   double apart = 0;
   double both = 0;
   for (std::size_t k = 1; k < photos.size(); ++k) {
@@ -256,7 +256,7 @@ double PhotoShare(const std::vector<const std::vector<StructureReading>*>& photo
       }
     }
   }
-  return both > 0 ? std::clamp(apart / both, kLeast, 1.0) : 1;
+  return both > 0 ? std::clamp(apart / both, kMin, 1.0) : 1;
 }
 
 /// Returns the equation of the displacement's growth along a structure of two tools.
@@ -310,7 +310,7 @@ Equation SheetModel::Solution::EquationOf(const SheetPlan& plan,
                                           const StructureReading& reading) const {
   /// Ratio above which a structure worse than its tools elsewhere has its own variance.
   constexpr double kWorse = 2.5;
-  constexpr double kLeast_mm2 = 1e-12;  // 1 nm: a drawn page without noise
+  constexpr double kMin_mm2 = 1e-12;  // 1 nm: a drawn page without noise
   const Structure& structure = plan.structures[reading.structure];
   Equation equation;
   equation.combination = ReadingEquation(plan, reading);
@@ -324,7 +324,7 @@ Equation SheetModel::Solution::EquationOf(const SheetPlan& plan,
     const double own_mm2 =
         reading.comb_squares_mm2[comb] / std::max(1e-9, reading.comb_freedom[comb]);
     equation.share_mm2[comb] =
-        std::max(kLeast_mm2, own_mm2 > kWorse * pooled_mm2 ? own_mm2 : pooled_mm2) *
+        std::max(kMin_mm2, own_mm2 > kWorse * pooled_mm2 ? own_mm2 : pooled_mm2) *
         reading.gain[comb] * reading.gain[comb];
   }
   equation.variance_mm2 = equation.share_mm2[0] + equation.share_mm2[1];
@@ -375,13 +375,13 @@ void SheetModel::Solution::Assume(const RadialSpread& spread) {
     for (const auto& [tool, weight] : equation.combination.radial) tools[tool] = true;
   }
   if (tools.empty()) return;
-  constexpr double kLeast = 1e-6;
+  constexpr double kMin = 1e-6;
   scatter[kAssumed].freedom = spread.freedom;
   for (const auto& [tool, known] : tools) {
     for (const bool height : {true, false}) {
       Equation equation;
       equation.combination.radial[tool] = {height ? 1.0 : 0.0, height ? 0.0 : 1.0};
-      const double one = std::max(kLeast, height ? spread.height_mm : spread.colour_px);
+      const double one = std::max(kMin, height ? spread.height_mm : spread.colour_px);
       equation.variance_mm2 = one * one;
       equation.share_mm2 = {equation.variance_mm2, 0};
       equation.tool = {kAssumed, kAssumed};

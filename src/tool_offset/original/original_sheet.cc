@@ -114,17 +114,17 @@ Result<void> Validate(const OriginalSheet& sheet) {
       0) {
     return Fail("lines are drawn before any tool is named");
   }
-  constexpr double kLeast_deg = 5;  // less, and one axis hardly moves along a leg
-  constexpr double kMost_deg = 40;  // more, and the two axes' play cannot be told apart
-  if (!(sheet.rotation_deg >= kLeast_deg && sheet.rotation_deg <= kMost_deg)) {
+  constexpr double kMin_deg = 5;   // less, and one axis hardly moves along a leg
+  constexpr double kMax_deg = 40;  // more, and the two axes' play cannot be told apart
+  if (!(sheet.rotation_deg >= kMin_deg && sheet.rotation_deg <= kMax_deg)) {
     return Fail(fmt::format("the print is turned by {:.4g} degrees on the bed; {} to {} are read",
-                            sheet.rotation_deg, kLeast_deg, kMost_deg));
+                            sheet.rotation_deg, kMin_deg, kMax_deg));
   }
-  constexpr double kMost_mm = 0.5;  // legs of both combs still stand apart
+  constexpr double kMax_mm = 0.5;  // legs of both combs still stand apart
   for (const SheetPoint& by : sheet.moved) {
-    if (std::max(std::abs(by.u_mm), std::abs(by.v_mm)) <= kMost_mm) continue;
+    if (std::max(std::abs(by.u_mm), std::abs(by.v_mm)) <= kMax_mm) continue;
     return Fail(fmt::format("a pair is moved by {:.4g} / {:.4g} mm on purpose; up to {} are read",
-                            by.u_mm, by.v_mm, kMost_mm));
+                            by.u_mm, by.v_mm, kMax_mm));
   }
   return {};
 }
@@ -243,8 +243,8 @@ class Moves {
       const std::string_view word = words.substr(0, words.find_first_of(" \t"));
       words.remove_prefix(word.size());
       double value = 0;
-      constexpr double kMost_mm = 10000;
-      if (!Parse(word.substr(1), value) || !(std::abs(value) <= kMost_mm)) {
+      constexpr double kMax_mm = 10000;
+      if (!Parse(word.substr(1), value) || !(std::abs(value) <= kMax_mm)) {
         return FailAt(line, "a move has a word that is no letter with a number");
       }
       if (word[0] == 'X') to.u_mm = value;

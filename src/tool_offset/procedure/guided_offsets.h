@@ -79,7 +79,7 @@ class ScanFolder {
     std::vector<std::filesystem::path> ready;    ///< since the last look, the oldest first
     std::vector<std::filesystem::path> growing;  ///< still being written, told once
   };
-  /// Checks at most kMostFiles. An unreadable folder has none.
+  /// Checks at most kMaxFiles. An unreadable folder has none.
   [[nodiscard]] Look Next();
 
   static constexpr std::size_t kMaxFiles = 2000;

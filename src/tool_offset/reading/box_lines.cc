@@ -206,10 +206,10 @@ bool FitProjection(const std::vector<SidePoint>& points, PageMap& map) {
 
 /// True if a fit still matches the box found; false for NaN.
 bool IsLike(const PageMap& map, const PageMap& start) {
-  constexpr double kMost = 0.05;
-  return Length(map.u_px_mm - start.u_px_mm) < kMost * Length(start.u_px_mm) &&
-         Length(map.v_px_mm - start.v_px_mm) < kMost * Length(start.v_px_mm) &&
-         Length(map.middle - start.middle) < kMost * start.half_width_mm * Length(start.u_px_mm);
+  constexpr double kMax = 0.05;
+  return Length(map.u_px_mm - start.u_px_mm) < kMax * Length(start.u_px_mm) &&
+         Length(map.v_px_mm - start.v_px_mm) < kMax * Length(start.v_px_mm) &&
+         Length(map.middle - start.middle) < kMax * start.half_width_mm * Length(start.u_px_mm);
 }
 
 /// Returns a point's distance beyond its planned position, in the outer coordinate of its side.
@@ -279,7 +279,7 @@ std::optional<double> MergedLineWidth_mm(const PageView& page, const ChannelMix&
   constexpr double kReach_mm = 1.5;
   constexpr double kStep_mm = 5;
   constexpr float kInk = 0.5F;
-  constexpr double kMost = 0.6;  // share of the places
+  constexpr double kMax = 0.6;  // share of the places
   const double apart_mm = plan.box_insets_mm.back();
   std::vector<double> width_mm;
   int places = 0;
@@ -300,7 +300,7 @@ std::optional<double> MergedLineWidth_mm(const PageView& page, const ChannelMix&
       if (bar_mm > apart_mm) width_mm.push_back(bar_mm - apart_mm);
     }
   }
-  if (static_cast<double>(width_mm.size()) < kMost * places) return std::nullopt;
+  if (static_cast<double>(width_mm.size()) < kMax * places) return std::nullopt;
   return Median(width_mm);
 }
 

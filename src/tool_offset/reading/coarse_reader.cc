@@ -167,10 +167,10 @@ struct AxisPlaces {
     if (searched) return kSearched_mm;
     /// A pixel at 300 dpi, the resolution of fingers' positions, and the difference between two
     /// tools' backlash.
-    constexpr double kLeast_mm = 0.025;
+    constexpr double kMin_mm = 0.025;
     const double apart_mm =
         relative_mm.size() < 2 ? 0 : std::abs(relative_mm[0] - relative_mm[1]) / 2;
-    return std::hypot(kLeast_mm, std::max(apart_mm, 0.3 * worst_spread_mm));
+    return std::hypot(kMin_mm, std::max(apart_mm, 0.3 * worst_spread_mm));
   }
 };
 

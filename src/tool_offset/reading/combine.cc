@@ -47,13 +47,13 @@ std::optional<SheetValue> OfOneSheet(const std::vector<Measured>& scans) {
 /// Computes the mean of the sheets, weighted by their uncertainties.
 Quantity OfAllSheets(const std::vector<SheetValue>& sheets) {
   constexpr double kContradiction = 0.01;
-  constexpr double kLeast_mm = 1e-6;  // a drawn page without noise
+  constexpr double kMin_mm = 1e-6;  // a drawn page without noise
   if (sheets.size() == 1) return sheets[0].quantity;
   double weights = 0;
   double sum = 0;
   double factor = 0;
   const auto weight = [&](const SheetValue& sheet) {
-    return 1 / std::pow(std::max(kLeast_mm, sheet.quantity.standard_uncertainty), 2);
+    return 1 / std::pow(std::max(kMin_mm, sheet.quantity.standard_uncertainty), 2);
   };
   for (const SheetValue& sheet : sheets) {
     weights += weight(sheet);

@@ -325,7 +325,7 @@ SheetPoint OuterMiddle(const SheetPlan& plan, const Structure& structure, std::s
 Result<PhotoOnPage> FitPhotoMap(const PageView& page, const SheetPlan& plan,
                                 const PhotoSource& source, SheetOnPage& sheet) {
   constexpr std::array<double, 3> kReach_mm{0.6, 0.4, 0.3};
-  constexpr double kMost_mm = 0.12;
+  constexpr double kMax_mm = 0.12;
   PhotoOnPage photo;
   photo.spread = source.spread;
   SheetOnPage fitted = sheet;
@@ -355,7 +355,7 @@ Result<PhotoOnPage> FitPhotoMap(const PageView& page, const SheetPlan& plan,
     const std::vector<double> sizes(residual.data(), residual.data() + residual.size());
     photo.rms_mm = RobustStandardDeviation(sizes);
   }
-  if (!(photo.rms_mm < kMost_mm)) {
+  if (!(photo.rms_mm < kMax_mm)) {
     return Fail(fmt::format("lines of T{} lie {:.2f} mm (1 sigma) from where lens and paper can "
                             "have put them: take the photo with the main or the 2x camera, not the "
                             "ultra-wide one, and of flat paper",

@@ -248,11 +248,11 @@ std::vector<Candidate> FindCandidates(const InkRaster& raster, const SheetPlan& 
                                       const LegMarks& legs, int tool) {
   /// Maximum difference from the best score, as other ink may favour a wrong place.
   constexpr double kBehind = 0.5;
-  constexpr std::size_t kMost = 10;
+  constexpr std::size_t kMax = 10;
   const ScoreMap map = ScoreShifts(raster, plan, legs, tool);
   std::vector<Candidate> seen;
   std::vector<Candidate> places;
-  while (places.size() < kMost) {
+  while (places.size() < kMax) {
     const Candidate next = map.BestBut(seen);
     if (next.score <= -1 || (!seen.empty() && seen[0].score - next.score >= kBehind)) break;
     seen.push_back(next);

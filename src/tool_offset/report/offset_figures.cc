@@ -45,10 +45,10 @@ std::pair<Range, Range> EqualRanges(const std::vector<Arrow>& arrows, const Rect
     for (const double x : {arrow.x95_mm.lo, arrow.x95_mm.hi}) xs.push_back(x);
     for (const double y : {arrow.y95_mm.lo, arrow.y95_mm.hi}) ys.push_back(y);
   }
-  constexpr double kLeast_mm = 0.01;
+  constexpr double kMin_mm = 0.01;
   constexpr double kSpare = 1.35;
   return WithOneScale(RangeOf(xs), RangeOf(ys), room.width, room.height, kSpare,
-                      kLeast_mm / std::min(room.width, room.height));
+                      kMin_mm / std::min(room.width, room.height));
 }
 
 /// Finds a position free of other labels: the wanted one, or as little below it as possible.
@@ -213,11 +213,11 @@ void DrawRow(Canvas& canvas, const Plot& plot, const Row& row, double middle_y) 
 
 /// Returns the rows that fit into a picture: answers before their parts, in order.
 std::vector<Row> Fitting(std::vector<Row> rows, std::string& title) {
-  constexpr std::size_t kMost = 200;
-  if (rows.size() <= kMost) return rows;
+  constexpr std::size_t kMax = 200;
+  if (rows.size() <= kMax) return rows;
   std::stable_partition(rows.begin(), rows.end(), [](const Row& row) { return row.strong; });
-  title += fmt::format(" (the first {} of {}; all are in the JSON)", kMost, rows.size());
-  rows.resize(kMost);
+  title += fmt::format(" (the first {} of {}; all are in the JSON)", kMax, rows.size());
+  rows.resize(kMax);
   return rows;
 }
 

@@ -105,14 +105,14 @@ struct Parser {
   Fault operator()(std::string* out) const { return Unquote(text, *out); }
   template <class Number>
   Fault operator()(std::vector<Number>* out) const {
-    constexpr std::size_t kMost = 64;
+    constexpr std::size_t kMax = 64;
     if (!text.starts_with('[') || !text.ends_with(']') || text.size() < 2) {
       return fmt::format("must be a list in brackets, is {}", Shown(text));
     }
     std::string_view rest = text.substr(1, text.size() - 2);
     out->clear();
     while (!rest.empty()) {
-      if (out->size() == kMost) return fmt::format("has more than {} values", kMost);
+      if (out->size() == kMax) return fmt::format("has more than {} values", kMax);
       const std::size_t end = std::min(rest.find(", "), rest.size());
       if (Fault fault = Parser{rest.substr(0, end)}(&out->emplace_back())) return fault;
       rest.remove_prefix(std::min(end + 2, rest.size()));

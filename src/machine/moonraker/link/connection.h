@@ -40,7 +40,7 @@ class MoonrakerConnection {
   void Drop(Error error);
 
   /// Queues one text; thread-safe. Fails where the link is down, or where more than
-  /// kMostMessageBytes wait for a peer that does not read.
+  /// kMaxMessageBytes wait for a peer that does not read.
   [[nodiscard]] Result<void> Send(std::string message);
 
   /// Runs a function on the connection's thread after a delay (0: soon); thread-safe. Dropped when

@@ -268,12 +268,12 @@ void TapIntake::TakeStatus(const json& status, double received_s, bool first) {
 
 void TapIntake::TakeSettings(const json& status) {
   const json& settings = ObjectOr(ObjectOr(status, "configfile"), "settings");
-  constexpr double kMost_mm = 1000;
+  constexpr double kMax_mm = 1000;
   z_offset_mm_ = 0;
   for (const auto& [section, values] : settings.items()) {
     if (section != "load_cell_probe" && !section.starts_with("load_cell_probe ")) continue;
     const double z_mm = NumberOr(values, "z_offset", 0);
-    if (std::abs(z_mm) <= kMost_mm) z_offset_mm_ = z_mm;
+    if (std::abs(z_mm) <= kMax_mm) z_offset_mm_ = z_mm;
   }
 }
 
