@@ -26,7 +26,7 @@ using pressure_advance::Segment;
 
 namespace {
 
-constexpr double kMax_s = 10;
+constexpr double kMaxAdvance_s = 10;
 constexpr std::size_t kMaxValues = 1000;   // limit of lines in scan.json
 constexpr std::size_t kMaxSegments = 100;  // limit in scan.json
 
@@ -82,8 +82,8 @@ Result<std::vector<double>> ParsePressureAdvances(std::string_view text) {
     if (!parts) return parts;
   }
   for (double value : *parts) {
-    if (value < 0 || value > kMax_s) {
-      return Fail(fmt::format("--pa {}: {} s is outside 0 ... {} s", text, value, kMax_s));
+    if (value < 0 || value > kMaxAdvance_s) {
+      return Fail(fmt::format("--pa {}: {} s is outside 0 ... {} s", text, value, kMaxAdvance_s));
     }
   }
   return parts;
