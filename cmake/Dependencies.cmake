@@ -20,6 +20,7 @@ target_link_libraries(sqlite_cpp INTERFACE ${SQLITECPP_LIBRARY} PkgConfig::sqlit
 
 # Those of single instruments.
 if(TRAMMEL_PART_ALIGNMENT AND TRAMMEL_TESTS)
+  find_package(Ceres REQUIRED)  # a second opinion on the adjustment of a survey
 endif()
 if(TRAMMEL_TOOL_OFFSET OR TRAMMEL_PART_ALIGNMENT)
   pkg_check_modules(tiff REQUIRED IMPORTED_TARGET libtiff-4)
