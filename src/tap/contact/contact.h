@@ -28,9 +28,9 @@ namespace trammel::tap {
 ///
 /// @param clean, motion  Of one tap.
 /// @param result         Verdict, reason, contact, uncertainty, noise, points, fit, notices are
-/// set. Accuracy: contact_test has the figures. Cost: about 60 us of processor time for
-/// 400 samples, 120 with hum (bench/tap_bench.cc), up to ten times as much where a
-/// quiet cell leaves averaging in question; no allocation.
+/// set. Accuracy: contact_test has the figures. Cost: about 0.1 ms of processor time for
+/// 400 samples, 0.2 ms with hum (bench/tap_bench.cc), up to ten times as much if a quiet
+/// cell leaves averaging in question; no allocation.
 void AnalyseContact(const CleanTap& clean, const TapMotion& motion, const TapOptions& options,
                     Workspace& workspace, TapAnalysis& result);
 
