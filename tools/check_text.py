@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 """Checks that text from outside can break nothing on its way out (CONVENTIONS.md, Text), that the settings named in
-messages exist, and that each comment of the product begins with a verb or a noun."""
+messages exist, and that comments of the product begin with a verb or a noun and name headers that exist."""
 import pathlib
 import re
 import sys
@@ -40,13 +40,18 @@ def unknown_settings(text, keys):
 OPENINGS = "What|Whether|Where|How|Why|Which|Who|Of"  # of a clause that has no verb or noun of its own
 
 
-def comment_openings(root):
-    """Yields one line of text for each comment that begins with a question word or with "Of"."""
+def comment_faults(root):
+    """Yields one line of text for each comment that begins with a question word or with "Of", or names a header that
+    is not there."""
+    headers = {path.name for top in ("src", "include") for path in (root / top).rglob("*.h")}
     for path in sorted((root / "src").rglob("*")):
         if path.suffix not in (".h", ".cc") or "_test" in path.name:
             continue
         before = ""
         for number, line in enumerate(path.read_text().splitlines(), 1):
+            for header in re.findall(r"\((?:\w+/)*(\w+\.h)\)", line.partition("//")[2]):
+                if header not in headers:
+                    yield f"{path}:{number}: there is no {header}"
             if not re.match(r"\s*//", before) and (match := re.match(rf"\s*//+ ({OPENINGS})\b", line)):
                 yield f"{path}:{number}: begins with {match.group(1)}: begin with a verb or the field's noun"
             before = line
@@ -73,7 +78,7 @@ def violations(root):
         for match in re.finditer(r"std::(?:cout|cerr|clog)\b", text):
             line = text.count("\n", 0, match.start()) + 1
             yield f"{path}:{line}: {match.group()} goes past app/console.h: use fmt::print"
-    yield from comment_openings(root)
+    yield from comment_faults(root)
 
 
 def main():

@@ -209,7 +209,7 @@ namespace {
 constexpr std::string_view kKey = "verdict ";
 constexpr std::string_view kGap = "  ";  // between the columns of a line
 constexpr std::string_view kPlain = "\x1b[0m";
-// Select Graphic Rendition (ECMA-48), by the words of VerdictWords().
+// Select Graphic Rendition (ECMA-48), by the words of VerdictText().
 constexpr std::array<std::pair<std::string_view, std::string_view>, 3> kColours{
     {{"good", "\x1b[32m"}, {"cannot tell", "\x1b[33m"}, {"refused", "\x1b[31m"}}};
 

@@ -11,7 +11,7 @@ namespace trammel {
 /// measurements have 1 to 10 % of them (Hampel et al., Robust Statistics, 1986).
 inline constexpr double kMaxRejected = 0.05;
 
-/// Part of every adjustment's answer, in its text (CheckWords) and its JSON (CheckJson).
+/// Part of every adjustment's answer, in its text (CheckText) and its JSON (CheckJson).
 struct AdjustmentCheck {
   int observations = 0;  ///< used and rejected
   int rejected = 0;      ///< of these, as inconsistent with the others

@@ -273,7 +273,7 @@ TEST_F(JobServerTest, AnAnswerThatIsNotGoodIsNoProposal) {
   EXPECT_EQ(CodeOf("start", {{"job", "apply"}}), kNothing);
 }
 
-TEST_F(JobServerTest, AFailureIsToldInItsLastErrorsText) {
+TEST_F(JobServerTest, AFailureIsToldInItsLastErrorsWords) {
   Program(
       "echo 'trammel: NOT AS IT WAS: the bed' >&2\necho 'trammel: the camera is away' >&2\n"
       "echo '  > details' >&2\n",

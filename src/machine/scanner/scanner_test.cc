@@ -105,7 +105,7 @@ printf '%s\n' "$*" > {}/words
   test::TemporaryFolder folder_;
 };
 
-TEST_F(Scanner, IsAskedForTheWholeGlassInGreyInItsOwnText) {
+TEST_F(Scanner, IsAskedForTheWholeGlassInGreyInItsOwnWords) {
   (void)ErrorOf("exit 1");
   EXPECT_THAT(test::ReadWhole(folder_.path() / "words"),
               AllOf(HasSubstr("--device-name=fake:0 --format=tiff"),

@@ -28,7 +28,7 @@ struct TargetList {
                                        std::set<std::string>* numeric);
 
 /// Reads the keys `targets` (1 … 10000), `targets_covariance_mm2` and `bar_ends` of an object.
-/// Errors (kInput) name the place: an id twice, an invalid covariance (solve_input.h).
+/// Errors (kInput) name the place: an id twice, an invalid covariance.
 [[nodiscard]] Result<TargetList> ReadTargetList(JsonObject& object);
 
 /// Reads the output of `trammel align fit`, or any file with those keys. Errors: as of

@@ -14,7 +14,7 @@ namespace trammel::part_alignment {
 /// One closed solid with its cavities, or an open shell; all triangles are oriented alike.
 struct SolidMesh {
   TriangleMesh mesh;
-  /// Neighbour across the edge from corner k to the next; kNoTriangle (mesh_topology.h) at a
+  /// Neighbour across the edge from corner k to the next; kNoTriangle (triangle_mesh.h) at a
   /// shell's rim.
   std::vector<std::array<std::uint32_t, 3>> neighbours;
   bool open = false;

@@ -76,10 +76,10 @@ constexpr double kUsualCameraOffset_mm = 0.010;
 /// normal, 0: exact. An absent value counts with its usual size, never as 0.
 struct InputUncertainty {
   /// Uncertainty of each axis of each view's spindle position, independent. Absent:
-  /// kUsualRepeatability_mm, and an estimate by the residuals (repeatability.h).
+  /// kUsualRepeatability_mm, and an estimate by the residuals (joint_fit.h).
   std::optional<double> machine_mm;
   /// Uncertainty of each coordinate of each target, the same in all views. Absent: UsualTarget_mm,
-  /// or more if the residuals require it (target_errors.h); 0 beside a covariance of the targets.
+  /// or more if the residuals require it (joint_fit.h); 0 beside a covariance of the targets.
   std::optional<double> target_mm;
   // One value for the whole measurement; counts only if it is not among the unknowns.
   double clamp_angle_rad = 0;

@@ -107,7 +107,7 @@ TEST(PartMetrology, ThePageEscapesWhatComesFromOutside) {
   EXPECT_THAT(page, HasSubstr("head refused"));
 }
 
-TEST(PartMetrology, ThePageOfAFitHasEachTargetText) {
+TEST(PartMetrology, ThePageOfAFitHasEachTargetInWords) {
   part_alignment::PartFitInput input;
   input.points = {{"p1", {0, 0, 0}, 0.05, "top"}};
   part_alignment::PartFit fit;

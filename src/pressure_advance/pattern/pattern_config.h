@@ -51,7 +51,7 @@ struct PatternConfig : settings::PrinterSettings, settings::FilamentSettings {
                                           ///< the reach of Klipper's tuning tower, direct drive
 
   // The pattern.
-  std::string preset;  ///< preset of the other values (pattern_presets.h); empty: the paper's
+  std::string preset;  ///< preset of the other values (PatternPreset); empty: the paper's
   std::optional<double> position_x_mm;   ///< front left corner of the first frame's outer edge; …
   std::optional<double> position_y_mm;   ///< … absent: everything is centred on the bed
   double pressure_advance_start_s = 0;   ///< [0, 10]; paper

@@ -135,7 +135,7 @@ TEST(Probe, TheQueueTellsTheMovesOfTheTap) {
   }
 }
 
-TEST(Probe, WhatCannotBeProbedIsSaidInKlippersText) {
+TEST(Probe, WhatCannotBeProbedIsSaidInKlippersWords) {
   Bench bench;
   EXPECT_EQ(bench.Run("PROBE SAMPLES=0"),
             "Error on 'PROBE SAMPLES=0': SAMPLES must have minimum of "

@@ -54,8 +54,8 @@ enum class Purpose {
 /// them.
 struct Comb {
   int tool = 0;
-  /// +1 or -1: which way the bed axis that the structure measures moves while a leg is drawn.
-  /// Of the original generator's combs: which way they are stepped (original_plan.h).
+  /// +1 or -1: direction of the bed axis that the structure measures while a leg is drawn; for the
+  /// original generator's combs, the direction of their steps (original_sheet.h).
   int direction = 1;
   int pick_up = 0;        ///< number of times the tool was returned before drawing this
   SheetPoint programmed;  ///< Added to every leg on purpose (self-test); zero otherwise.
@@ -107,8 +107,8 @@ struct SheetPlan {
   std::vector<PrimeLine> prime_lines;
   std::uint16_t sheet_id = 0;  ///< value of the code: a check sum of all reference dimensions
 
-  /// True if drawn by the method's original generator (original_plan.h): each comb is one stroke, a
-  /// finger's second leg runs back; there is no code, and neither id nor a structure that shows
+  /// True if drawn by the method's original generator (original_sheet.h): each comb is one stroke,
+  /// a finger's second leg runs back; there is no code, and neither id nor a structure that shows
   /// backlash.
   bool original = false;
   double leg_end_mm = 0.4;  ///< beside a leg's end is not measured: its bead swells or starts late
