@@ -163,6 +163,12 @@ Result<std::optional<PrinterFacts>> TakeStatedBy(const procedure::Session& sessi
 }
 
 Result<void> FitPattern(const procedure::Session& session, Config& config) {
+  if (config.pattern.dialect != gcode::Dialect::kKlipper) {
+    return Fail(
+        fmt::format("[printer] dialect: {} is not printed through Moonraker, on Klipper; trammel "
+                    "pa pattern writes a file for it",
+                    ToString(config.pattern.dialect)));
+  }
   if (session.printer.LastState().readiness == machine::PrinterReadiness::kStartup) {
     TRY(procedure::FirstFailure(CheckReady(session), ErrorKind::kMachine));
   }

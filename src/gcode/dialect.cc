@@ -7,7 +7,6 @@
 #include <charconv>
 #include <cmath>
 #include <system_error>
-#include <utility>
 
 #include "base/check.h"
 
@@ -17,26 +16,200 @@ namespace {
 constexpr int kAccelerationDecimals = 1;
 constexpr int kRatioDecimals = 3;
 
-constexpr std::array<std::pair<Dialect, std::string_view>, 3> kNames{{
-    {Dialect::kKlipper, "klipper"},
-    {Dialect::kMarlin, "marlin"},
-    {Dialect::kRepRapFirmware, "reprapfirmware"},
+constexpr std::string_view kModes =
+    "G21 ; mm\n"
+    "G90 ; absolute positions\n"
+    "M82 ; absolute E\n"
+    "M220 S100 ; speeds as written, whatever override was left over\n"
+    "M221 S100 ; so is the filament\n"
+    "G92 E0\n"
+    "M107 ; no fan on a first layer";
+
+// The nozzle waits for the bed at a temperature at which it does not ooze.
+constexpr std::string_view kStart =
+    "M140 S{bed_temperature_c}\n"
+    "M104 S{idle_nozzle_temperature_c}\n"
+    "G28\n"
+    "M190 S{bed_temperature_c}\n"
+    "M109 S{nozzle_temperature_c}\n";
+constexpr std::string_view kEnd =
+    "M104 S0\n"
+    "M140 S0\n"
+    "M84\n";
+
+// Limit of the patterns' values. Klipper's SET_PRESSURE_ADVANCE (klippy/kinematics/extruder.py) and
+// RepRapFirmware's M572 (Move::ConfigurePressureAdvance) have no upper one.
+constexpr double kPatternMax_s = 10;
+
+constexpr std::array<FirmwareWords, 5> kFirmwares{{
+    {.dialect = Dialect::kKlipper,
+     .name = "klipper",
+     .title = "Klipper",
+     .advance = "SET_PRESSURE_ADVANCE ADVANCE={value}",
+     .advance_of_motor = "SET_PRESSURE_ADVANCE EXTRUDER={motor} ADVANCE={value}",
+     .advance_note = "",
+     .max_advance_s = kPatternMax_s,
+     .keep = "pressure_advance under [extruder] in printer.cfg",
+     .transfer = "",
+     .modes = kModes,
+     .acceleration = "SET_VELOCITY_LIMIT ACCEL={acceleration}",
+     .save_state = "SAVE_GCODE_STATE NAME=trammel_pattern\n"
+                   "_TRAMMEL_KEEP_SETTINGS ; limits and pressure advance, by klipper/trammel.cfg",
+     .restore_state = "RESTORE_GCODE_STATE NAME=trammel_pattern\n"
+                      "_TRAMMEL_BRING_BACK_SETTINGS",
+     .display = "M117",
+     .start_gcode = kStart,
+     .end_gcode = kEnd,
+     .writes_tool_offsets = true},
+    // Marlin/src/gcode/feature/advance/M900.cpp: K out of 0-10 is not set.
+    {.dialect = Dialect::kMarlin,
+     .name = "marlin",
+     .title = "Marlin",
+     .advance = "M900 K{value}",
+     .advance_of_motor = "",
+     .advance_note = "",
+     .max_advance_s = 10,
+     .keep = "M500, where the printer has an EEPROM, or the same line in the slicer's start G-code",
+     .transfer = "",
+     .modes = kModes,
+     .acceleration = "M204 P{acceleration} T{acceleration}",
+     .save_state = "",
+     .restore_state = "",
+     .display = "M117",
+     .start_gcode = kStart,
+     .end_gcode = kEnd,
+     .writes_tool_offsets = true},
+    {.dialect = Dialect::kRepRapFirmware,
+     .name = "reprapfirmware",
+     .title = "RepRapFirmware",
+     .advance = "M572 D{drive} S{value}",
+     .advance_of_motor = "",
+     .advance_note = "D is the extruder's drive",
+     .max_advance_s = kPatternMax_s,
+     .keep = "the same line in config.g",
+     .transfer = "",
+     .modes = kModes,
+     .acceleration = "M204 P{acceleration} T{acceleration}",
+     .save_state = "M120",
+     .restore_state = "M121",
+     .display = "M117",
+     .start_gcode = kStart,
+     .end_gcode = kEnd,
+     .writes_tool_offsets = true},
+    // Prusa-Firmware-Buddy, lib/Marlin/Marlin/src/gcode: M572 has no extruder ("D" is reported as
+    // not supported), accepts S 0-10 and keeps its smooth time without W. M120 and M121 switch
+    // endstops there. Start and end follow PrusaSlicer's profiles: M555 limits the probing of
+    // G29 P1 to the print; Z stays powered at the end, since it holds the bed.
+    {.dialect = Dialect::kPrusa,
+     .name = "prusa",
+     .title = "Prusa Buddy",
+     .advance = "M572 S{value}",
+     .advance_of_motor = "",
+     .advance_note = "",
+     .max_advance_s = 10,
+     .keep = "the same line in the filament's start G-code instead of the slicer's own M572 "
+             "(PrusaSlicer: Filament Settings, Custom G-code), or OrcaSlicer's Pressure advance",
+     .transfer = "by USB stick, or uploaded by hand in PrusaLink; clean the nozzle before, since "
+                 "it may be the bed's probe. On an XL let start_gcode pick the tool",
+     .modes = kModes,
+     .acceleration = "M204 P{acceleration} T{acceleration}",
+     .save_state = "",
+     .restore_state = "",
+     .display = "M117",
+     .start_gcode = "M17\n"
+                    "M140 S{bed_temperature_c}\n"
+                    "M104 S{idle_nozzle_temperature_c}\n"
+                    "G28\n"
+                    "M190 S{bed_temperature_c}\n"
+                    "M555 X{min_x_mm} Y{min_y_mm} W{size_x_mm} H{size_y_mm}\n"
+                    "G29 P1\n"
+                    "G29 P3.2\n"
+                    "G29 P3.13\n"
+                    "G29 A\n"
+                    "M109 S{nozzle_temperature_c}\n",
+     .end_gcode = "M104 S0\n"
+                  "M140 S0\n"
+                  "M107\n"
+                  "M84 X Y E\n"},
+    // Bambu documents no G-code: these are the commands of Bambu Studio's own files (machine start
+    // and end templates, GCodeWriter), whose E is relative. K: Bambu Studio asks for less than 2
+    // (CalibUtils, MAX_PA_K_VALUE). The nozzle is heated behind G28, which there refuses a hot one
+    // without T. G29.2 S1 uses the stored bed mesh; M975 S1 switches vibration compensation on.
+    {.dialect = Dialect::kBambu,
+     .name = "bambu",
+     .title = "Bambu",
+     .advance = "M900 K{value} L1000 M10",
+     .advance_of_motor = "",
+     .advance_note = "",
+     .max_advance_s = 1.99999,
+     .keep = "OrcaSlicer's Pressure advance of the filament, or the same line at the end of the "
+             "filament's start G-code in Bambu Studio; print with Flow Dynamics Calibration off, "
+             "which sets its own K",
+     .transfer = "in the top folder of the printer's SD card, started on its screen, with the "
+                 "filament loaded before. A printer that lists .gcode.3mf files alone does not "
+                 "show it: trammel writes none. Not tried on a printer",
+     .modes = "G21 ; mm\n"
+              "G90 ; absolute positions\n"
+              "M83 ; relative E\n"
+              "M220 S100 ; speeds as written, whatever override was left over\n"
+              "M221 S100 ; so is the filament\n"
+              "G92 E0\n"
+              "M106 S0 ; no fan on a first layer",
+     .relative_filament = true,
+     .acceleration = "M204 S{acceleration}",
+     .save_state = "",
+     .restore_state = "",
+     .display = "",
+     .start_gcode = "M140 S{bed_temperature_c}\n"
+                    "M104 S0\n"
+                    "G29.2 S1\n"
+                    "G28\n"
+                    "M975 S1\n"
+                    "M190 S{bed_temperature_c}\n"
+                    "M109 S{nozzle_temperature_c}\n",
+     .end_gcode = "M400\n"
+                  "M104 S0\n"
+                  "M140 S0\n"
+                  "M106 S0\n"},
 }};
+
+std::vector<std::string> Lines(std::string_view text) {
+  std::vector<std::string> lines;
+  while (!text.empty()) {
+    lines.emplace_back(text.substr(0, text.find('\n')));
+    text.remove_prefix(std::min(text.size(), lines.back().size() + 1));
+  }
+  return lines;
+}
 
 }  // namespace
 
-std::string_view ToString(Dialect dialect) {
-  for (const auto& [value, name] : kNames) {
-    if (value == dialect) return name;
-  }
-  return "";
+std::span<const FirmwareWords> Firmwares() { return kFirmwares; }
+
+const FirmwareWords& WordsOf(Dialect dialect) {
+  const auto found = std::ranges::find(kFirmwares, dialect, &FirmwareWords::dialect);
+  TRAMMEL_CHECK(found != kFirmwares.end(), "dialect {}", static_cast<int>(dialect));
+  return *found;
 }
 
+std::string_view ToString(Dialect dialect) { return WordsOf(dialect).name; }
+
 std::optional<Dialect> ParseDialect(std::string_view name) {
-  for (const auto& [value, known] : kNames) {
-    if (known == name) return value;
+  const auto found = std::ranges::find(kFirmwares, name, &FirmwareWords::name);
+  return found == kFirmwares.end() ? std::nullopt : std::optional(found->dialect);
+}
+
+std::string DialectNames(std::string_view quote) {
+  std::string names;
+  for (const FirmwareWords& firmware : kFirmwares) {
+    const bool last = &firmware == &kFirmwares.back();
+    names += fmt::format("{}{}{}{}",
+                         names.empty() ? ""
+                         : last        ? " or "
+                                       : ", ",
+                         quote, firmware.name, quote);
   }
-  return std::nullopt;
+  return names;
 }
 
 std::vector<std::string> PressureAdvanceCommands(Dialect dialect, double pressure_advance_s,
@@ -47,21 +220,15 @@ std::vector<std::string> PressureAdvanceCommands(Dialect dialect, double pressur
 
 std::vector<std::string> PressureAdvanceCommands(Dialect dialect, std::string_view value,
                                                  const AdvanceMotors& motors) {
-  switch (dialect) {
-    case Dialect::kKlipper: {
-      if (motors.names.empty()) return {fmt::format("SET_PRESSURE_ADVANCE ADVANCE={}", value)};
-      std::vector<std::string> lines;
-      for (const std::string& name : motors.names) {
-        lines.push_back(fmt::format("SET_PRESSURE_ADVANCE EXTRUDER={} ADVANCE={}", name, value));
-      }
-      return lines;
-    }
-    case Dialect::kMarlin:
-      return {fmt::format("M900 K{}", value)};
-    case Dialect::kRepRapFirmware:
-      return {fmt::format("M572 D{} S{}", motors.drive, value)};
-  }
-  return {};
+  const FirmwareWords& words = WordsOf(dialect);
+  const auto line = [&](std::string_view text, std::string_view motor) {
+    return fmt::format(fmt::runtime(text), fmt::arg("value", value), fmt::arg("motor", motor),
+                       fmt::arg("drive", motors.drive));
+  };
+  if (motors.names.empty() || words.advance_of_motor.empty()) return {line(words.advance, "")};
+  std::vector<std::string> lines;
+  for (const std::string& name : motors.names) lines.push_back(line(words.advance_of_motor, name));
+  return lines;
 }
 
 SelectedTool ToolSelectedBy(std::string_view gcode) {
@@ -94,10 +261,10 @@ SelectedTool ToolSelectedBy(std::string_view gcode) {
 
 std::string LimitCommand(Dialect dialect, double acceleration_mm_s2,
                          std::optional<double> minimum_cruise_ratio) {
-  const std::string acceleration = FormatNumber(acceleration_mm_s2, kAccelerationDecimals);
-  if (dialect != Dialect::kKlipper) return fmt::format("M204 P{0} T{0}", acceleration);
-  std::string command = "SET_VELOCITY_LIMIT ACCEL=" + acceleration;
-  if (minimum_cruise_ratio) {
+  std::string command = fmt::format(
+      fmt::runtime(WordsOf(dialect).acceleration),
+      fmt::arg("acceleration", FormatNumber(acceleration_mm_s2, kAccelerationDecimals)));
+  if (dialect == Dialect::kKlipper && minimum_cruise_ratio) {
     command +=
         " MINIMUM_CRUISE_RATIO=" + FormatNumber(*minimum_cruise_ratio, kRatioDecimals) +
         " ACCEL_TO_DECEL=" +
@@ -106,29 +273,14 @@ std::string LimitCommand(Dialect dialect, double acceleration_mm_s2,
   return command;
 }
 
+std::vector<std::string> ModeCommands(Dialect dialect) { return Lines(WordsOf(dialect).modes); }
+
 std::vector<std::string> SaveStateCommands(Dialect dialect) {
-  switch (dialect) {
-    case Dialect::kKlipper:
-      return {"SAVE_GCODE_STATE NAME=trammel_pattern",
-              "_TRAMMEL_KEEP_SETTINGS ; limits and pressure advance, by klipper/trammel.cfg"};
-    case Dialect::kRepRapFirmware:
-      return {"M120"};
-    case Dialect::kMarlin:
-      return {};
-  }
-  return {};
+  return Lines(WordsOf(dialect).save_state);
 }
 
 std::vector<std::string> RestoreStateCommands(Dialect dialect) {
-  switch (dialect) {
-    case Dialect::kKlipper:
-      return {"RESTORE_GCODE_STATE NAME=trammel_pattern", "_TRAMMEL_BRING_BACK_SETTINGS"};
-    case Dialect::kRepRapFirmware:
-      return {"M121"};
-    case Dialect::kMarlin:
-      return {};
-  }
-  return {};
+  return Lines(WordsOf(dialect).restore_state);
 }
 
 std::string DescribeAfterwards(Dialect dialect, const std::vector<ChangedSetting>& changed) {
@@ -150,12 +302,14 @@ std::string DescribeAfterwards(Dialect dialect, const std::vector<ChangedSetting
 
 std::string WaitForMovesCommand() { return "M400"; }
 
-std::string DisplayCommand(std::string_view text) {
+std::vector<std::string> DisplayCommands(Dialect dialect, std::string_view text) {
+  const std::string_view command = WordsOf(dialect).display;
+  if (command.empty()) return {};
   std::string clean(text);
   std::replace_if(
       clean.begin(), clean.end(),
       [](char c) { return static_cast<unsigned char>(c) < 0x20 || c == 0x7f || c == ';'; }, ' ');
-  return "M117 " + clean;
+  return {fmt::format("{}{}{}", command, clean.empty() ? "" : " ", clean)};
 }
 
 std::string FormatNumber(double value, int decimals) {
@@ -258,6 +412,8 @@ std::vector<std::string> CoolToolCommands(Dialect dialect, int tool, double at_m
       return {off,
               fmt::format("TEMPERATURE_WAIT SENSOR={} MAXIMUM={}", KlipperExtruder(tool), value)};
     case Dialect::kMarlin:
+    case Dialect::kPrusa:
+    case Dialect::kBambu:
       return {off, fmt::format("M109 T{} R{}", tool, value), off};
     case Dialect::kRepRapFirmware:
       return {ToolTemperatureCommand(dialect, tool, at_most_c), fmt::format("M116 P{}", tool), off};
@@ -275,11 +431,14 @@ std::vector<std::string> PauseCommands(Dialect dialect, std::string_view text) {
       // A pause cancelled by a user's own macro would make PAUSE do nothing. PAUSE saves a state;
       // without PAUSE, Klipper reports an unknown command and continues, until it has to restore a
       // state that was never saved. That is an error and ends the print.
-      return {DisplayCommand(clean), "CLEAR_PAUSE", "PAUSE",
+      return {DisplayCommands(dialect, clean).front(), "CLEAR_PAUSE", "PAUSE",
               "; without [pause_resume] the print ends at the next line, with an error",
               "RESTORE_GCODE_STATE NAME=PAUSE_STATE MOVE=0"};
     case Dialect::kMarlin:
+    case Dialect::kPrusa:
       return {"M0 " + clean};
+    case Dialect::kBambu:
+      return {"M400 U1"};  // Bambu Studio's pause; it shows no text
     case Dialect::kRepRapFirmware:
       return {fmt::format("M291 P\"{}\" R\"trammel\" S3", clean)};
   }

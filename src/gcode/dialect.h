@@ -1,4 +1,4 @@
-// Differences between firmwares. All other G-code of trammel is common to all.
+// Differences between firmwares, in one table. All other G-code of trammel is common to all.
 #pragma once
 
 #include <optional>
@@ -11,12 +11,42 @@
 
 namespace trammel::gcode {
 
-enum class Dialect { kKlipper, kMarlin, kRepRapFirmware };
+enum class Dialect { kKlipper, kMarlin, kRepRapFirmware, kPrusa, kBambu };
 
-/// "klipper", "marlin" or "reprapfirmware", as in trammel.toml.
+/// Words of a firmware. Texts of several lines have a line end between lines; those of G-code may
+/// have {placeholders}.
+struct FirmwareWords {
+  Dialect dialect = Dialect::kKlipper;
+  std::string_view name;   ///< in trammel.toml and on the command line
+  std::string_view title;  ///< for people
+  /// Sets the pressure advance: {value} in s, {drive} of AdvanceMotors.
+  std::string_view advance;
+  std::string_view advance_of_motor;  ///< the same of one {motor}; empty: there is none
+  std::string_view advance_note;      ///< meaning of a parameter, for people; empty: none
+  double max_advance_s = 0;           ///< the highest that the command accepts
+  std::string_view keep;              ///< place that keeps the value, for people
+  std::string_view transfer;       ///< way of a file to the printer, for people; empty: as any file
+  std::string_view modes;          ///< sets units, coordinates, E and factors; switches the fan off
+  bool relative_filament = false;  ///< E of moves, by `modes`
+  std::string_view acceleration;   ///< limits printing and travelling moves to {acceleration}
+  std::string_view save_state;     ///< SaveStateCommands
+  std::string_view restore_state;  ///< RestoreStateCommands
+  std::string_view display;        ///< shows the text behind it; empty: the firmware has no such
+  std::string_view start_gcode;    ///< default: heats and homes
+  std::string_view end_gcode;      ///< default: switches heaters off
+  bool writes_tool_offsets = false;  ///< the sheet of several tools is written for it
+};
+
+/// Returns all firmwares, in the order of Dialect.
+[[nodiscard]] std::span<const FirmwareWords> Firmwares();
+[[nodiscard]] const FirmwareWords& WordsOf(Dialect dialect);
+
+/// Returns FirmwareWords::name.
 [[nodiscard]] std::string_view ToString(Dialect dialect);
-/// Absent if the name is none of the above.
+/// Absent if the name is none of Firmwares().
 [[nodiscard]] std::optional<Dialect> ParseDialect(std::string_view name);
+/// Returns all names for a message: "klipper, marlin … or bambu", each between `quote`.
+[[nodiscard]] std::string DialectNames(std::string_view quote = "");
 
 /// Resolution of pressure advance in G-code: 1e-5 s, finer than any firmware or filament resolves.
 inline constexpr int kPressureAdvanceDecimals = 5;
@@ -27,8 +57,8 @@ struct AdvanceMotors {
   int drive = 0;                   ///< RepRapFirmware: D of M572
 };
 
-/// Returns the commands that set the pressure advance in seconds (Klipper, RepRapFirmware) or
-/// Marlin's K, which has the same dimension, on each of the motors. Lines, without line ends.
+/// Returns the commands that set the pressure advance in seconds, or the K of Marlin and Bambu,
+/// which has the same dimension, on each of the motors. Lines, without line ends.
 [[nodiscard]] std::vector<std::string> PressureAdvanceCommands(Dialect dialect,
                                                                double pressure_advance_s,
                                                                const AdvanceMotors& motors = {});
@@ -59,6 +89,9 @@ struct SelectedTool {
 [[nodiscard]] std::string LimitCommand(Dialect dialect, double acceleration_mm_s2,
                                        std::optional<double> minimum_cruise_ratio);
 
+/// Returns FirmwareWords::modes. Lines, without line ends.
+[[nodiscard]] std::vector<std::string> ModeCommands(Dialect dialect);
+
 /// Returns the commands that save and restore the positioning modes (absolute or relative, G92
 /// offsets). The name is the pattern's own, since the surrounding print may save its state too. On
 /// Klipper also limits and pressure advance, by macros of klipper/trammel.cfg; without that file
@@ -81,9 +114,10 @@ struct ChangedSetting {
 /// Waits until the planned moves have been executed: M400 in all dialects.
 [[nodiscard]] std::string WaitForMovesCommand();
 
-/// Shows a line of text on the display: M117 in all dialects. Line ends and control characters
-/// become blanks, so that text cannot become a command.
-[[nodiscard]] std::string DisplayCommand(std::string_view text);
+/// Shows a line of text on the display, and clears it with an empty one; no line where the firmware
+/// has no such command. Line ends and control characters become blanks, so that text cannot become
+/// a command.
+[[nodiscard]] std::vector<std::string> DisplayCommands(Dialect dialect, std::string_view text);
 
 // Formats numbers for G-code: short, and the same on every machine.
 

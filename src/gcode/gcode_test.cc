@@ -3,6 +3,7 @@
 
 #include <cmath>
 #include <optional>
+#include <string_view>
 #include <vector>
 
 #include "base/check.h"
@@ -14,6 +15,7 @@ namespace {
 
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
+using ::testing::IsEmpty;
 
 TEST(GcodeNumber, HasNoDigitThatSaysNothing) {
   EXPECT_EQ(FormatNumber(1.5, 3), "1.5");
@@ -31,10 +33,25 @@ TEST(GcodeNumber, RefusesWhatNoFirmwareCanRead) {
 }
 
 TEST(GcodeDialect, NamesReadBackAsThemselves) {
-  for (Dialect dialect : {Dialect::kKlipper, Dialect::kMarlin, Dialect::kRepRapFirmware}) {
-    EXPECT_EQ(ParseDialect(ToString(dialect)), dialect);
+  for (const FirmwareWords& words : Firmwares()) {
+    EXPECT_EQ(ParseDialect(ToString(words.dialect)), words.dialect);
+    EXPECT_EQ(&WordsOf(words.dialect), &words);
   }
   EXPECT_EQ(ParseDialect("Klipper"), std::nullopt);
+  EXPECT_EQ(DialectNames(), "klipper, marlin, reprapfirmware, prusa or bambu");
+}
+
+TEST(GcodeDialect, EveryFirmwareHasAllWordsThatEveryFileNeeds) {
+  for (const FirmwareWords& words : Firmwares()) {
+    for (const std::string_view word :
+         {words.name, words.title, words.advance, words.keep, words.modes, words.acceleration,
+          words.start_gcode, words.end_gcode}) {
+      EXPECT_FALSE(word.empty()) << words.name;
+    }
+    EXPECT_GT(words.max_advance_s, 0) << words.name;
+    EXPECT_EQ(words.relative_filament, words.modes.find("M83") != std::string_view::npos);
+    EXPECT_NE(words.relative_filament, words.modes.find("M82") != std::string_view::npos);
+  }
 }
 
 TEST(GcodeDialect, EachFirmwareHasItsOwnPressureAdvance) {
@@ -42,6 +59,9 @@ TEST(GcodeDialect, EachFirmwareHasItsOwnPressureAdvance) {
               ElementsAre("SET_PRESSURE_ADVANCE ADVANCE=0.03333"));
   EXPECT_THAT(PressureAdvanceCommands(Dialect::kMarlin, 0.05), ElementsAre("M900 K0.05"));
   EXPECT_THAT(PressureAdvanceCommands(Dialect::kRepRapFirmware, 0.0), ElementsAre("M572 D0 S0"));
+  EXPECT_THAT(PressureAdvanceCommands(Dialect::kPrusa, "0.0412"), ElementsAre("M572 S0.0412"));
+  EXPECT_THAT(PressureAdvanceCommands(Dialect::kBambu, "0.0412"),
+              ElementsAre("M900 K0.0412 L1000 M10"));
 }
 
 TEST(GcodeDialect, PressureAdvanceIsSetOnTheMotorsThatAreNamed) {
@@ -50,6 +70,9 @@ TEST(GcodeDialect, PressureAdvanceIsSetOnTheMotorsThatAreNamed) {
                           "SET_PRESSURE_ADVANCE EXTRUDER=belted ADVANCE=0.04"));
   EXPECT_THAT(PressureAdvanceCommands(Dialect::kRepRapFirmware, 0.04, {{}, 3}),
               ElementsAre("M572 D3 S0.04"));
+  // A firmware without names sets the extruder in use.
+  EXPECT_THAT(PressureAdvanceCommands(Dialect::kPrusa, 0.04, {{"extruder"}, 3}),
+              ElementsAre("M572 S0.04"));
 }
 
 TEST(GcodeDialect, TheToolThatStartGcodeSelectsLastPrints) {
@@ -79,6 +102,8 @@ TEST(GcodeDialect, TheShareThatIsCruisedIsSaidToEachKlipperAndLeftAloneWhereItIs
             "SET_VELOCITY_LIMIT ACCEL=4000 MINIMUM_CRUISE_RATIO=0.25 ACCEL_TO_DECEL=3000");
   EXPECT_EQ(LimitCommand(Dialect::kKlipper, 4000, std::nullopt), "SET_VELOCITY_LIMIT ACCEL=4000");
   EXPECT_EQ(LimitCommand(Dialect::kMarlin, 3000, 0.0), "M204 P3000 T3000");
+  EXPECT_EQ(LimitCommand(Dialect::kPrusa, 3000, 0.0), "M204 P3000 T3000");
+  EXPECT_EQ(LimitCommand(Dialect::kBambu, 3000, 0.0), "M204 S3000");
 }
 
 TEST(GcodeDialect, WhatAFileLeavesBehindIsSaidWithItsValues) {
@@ -93,7 +118,10 @@ TEST(GcodeDialect, WhatAFileLeavesBehindIsSaidWithItsValues) {
 }
 
 TEST(GcodeDialect, AMessageNeverBecomesACommand) {
-  EXPECT_EQ(DisplayCommand("PA 0.01\nM112"), "M117 PA 0.01 M112");
+  EXPECT_THAT(DisplayCommands(Dialect::kKlipper, "PA 0.01\nM112"),
+              ElementsAre("M117 PA 0.01 M112"));
+  EXPECT_THAT(DisplayCommands(Dialect::kPrusa, ""), ElementsAre("M117"));
+  EXPECT_THAT(DisplayCommands(Dialect::kBambu, "PA 0.01"), IsEmpty());
 }
 
 TEST(ToolCommands, PauseEndsThePrintOfAKlipperThatKnowsNoPause) {

@@ -20,7 +20,9 @@ constexpr std::string_view kPrinter = "printer";
 constexpr std::string_view kFilament = "filament";
 
 constexpr auto kPrinterFields = std::to_array<PrinterField>({
-    {kPrinter, "dialect", &P::dialect, "", 0, 0, "Firmware: klipper, marlin or reprapfirmware."},
+    {kPrinter, "dialect", &P::dialect, "", 0, 0,
+     "Firmware: klipper, marlin, reprapfirmware, prusa (Buddy) or bambu. Sets start_gcode and "
+     "end_gcode, where they are left out."},
     {kPrinter, "bed_size_x", &P::bed_size_x_mm, "mm", 10, 2000,
      "Width of the bed. Where size and origin are all left out and the nozzle does not reach the "
      "default: what it reaches."},
@@ -191,6 +193,8 @@ std::vector<gcode::Placeholder> Placeholders(const PrinterSettings& printer,
       {"min_y_mm", number(drawing.min_y_mm)},
       {"max_x_mm", number(drawing.max_x_mm)},
       {"max_y_mm", number(drawing.max_y_mm)},
+      {"size_x_mm", number(drawing.max_x_mm - drawing.min_x_mm)},
+      {"size_y_mm", number(drawing.max_y_mm - drawing.min_y_mm)},
       {"bed_min_x_mm", number(printer.bed_origin_x_mm)},
       {"bed_min_y_mm", number(printer.bed_origin_y_mm)},
       {"bed_max_x_mm", number(printer.bed_origin_x_mm + printer.bed_size_x_mm)},

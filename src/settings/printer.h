@@ -13,19 +13,6 @@
 
 namespace trammel::settings {
 
-/// Common to the three firmwares. The nozzle waits for the bed at a temperature at which it does
-/// not ooze.
-inline constexpr const char* kDefaultStartGcode =
-    "M140 S{bed_temperature_c}\n"
-    "M104 S{idle_nozzle_temperature_c}\n"
-    "G28\n"
-    "M190 S{bed_temperature_c}\n"
-    "M109 S{nozzle_temperature_c}\n";
-inline constexpr const char* kDefaultEndGcode =
-    "M104 S0\n"
-    "M140 S0\n"
-    "M84\n";
-
 enum class BedShape {
   kRectangle,
   kEllipse,  ///< inscribed in the rectangle of the bed's size: round beds, deltas
@@ -55,8 +42,9 @@ struct PrinterSettings {
   std::optional<double> park_x_mm;  ///< absent: the front left corner inside the margin …
   std::optional<double> park_y_mm;  ///< … (rectangle) or the middle of the front edge (ellipse)
   double park_lift_mm = 20;         ///< [1, 200] above the layer when done; paper: Z20
-  std::string start_gcode = kDefaultStartGcode;  ///< heats and homes; leaves the filament primed
-  std::string end_gcode = kDefaultEndGcode;
+  /// Heats and homes; leaves the filament primed. Default: Klipper's; WordsOf has the others'.
+  std::string start_gcode{gcode::WordsOf(gcode::Dialect::kKlipper).start_gcode};
+  std::string end_gcode{gcode::WordsOf(gcode::Dialect::kKlipper).end_gcode};
   std::optional<double> restore_acceleration_mm_s2;  ///< [1, 1e6]; absent: left as printed
 };
 

@@ -18,6 +18,7 @@ using test::TemporaryFolder;
 using test::WriteWhole;
 using ::testing::AllOf;
 using ::testing::HasSubstr;
+using ::testing::Not;
 using ::testing::StartsWith;
 
 TEST(PatternCommand, WritesGcodeAndPlanAndSaysWhatItCosts) {
@@ -33,6 +34,38 @@ TEST(PatternCommand, WritesGcodeAndPlanAndSaysWhatItCosts) {
   ASSERT_TRUE(plan) << plan.error().message;
   EXPECT_EQ(plan->gcode, "pattern.gcode");
   EXPECT_EQ(plan->lines.size(), 10u);
+}
+
+TEST(PatternCommand, WritesForFirmwaresWithoutKlipperWithTheirOwnStartAndTheWayToThePrinter) {
+  struct Printer {
+    const char* dialect;
+    const char* command;
+    const char* start;
+    const char* way;
+  };
+  for (const Printer& printer :
+       {Printer{"prusa", "\nM572 S0.1\n", "\nM555 X", "to print   by USB stick"},
+        Printer{"bambu", "\nM900 K0.1 L1000 M10\n", "\nG29.2 S1\nG28\n",
+                "to print   in the top folder of the printer's SD card"}}) {
+    const TemporaryFolder folder;
+    const std::string words = std::string("pa pattern --material pla --photo --dialect ");
+    const CommandResult run = RunTrammel(words + printer.dialect, folder.path());
+    EXPECT_EQ(run.exit_code, 0) << run.output;
+    EXPECT_THAT(run.output, AllOf(HasSubstr("take a photo"), HasSubstr(printer.way)));
+    EXPECT_THAT(ReadWhole(folder.path() / "pattern.gcode"),
+                AllOf(HasSubstr(printer.command), HasSubstr(printer.start)));
+    const auto plan =
+        files::ParsePlan(ReadWhole(folder.path() / "pattern.plan.json"), "pattern.plan.json");
+    ASSERT_TRUE(plan) << plan.error().message;
+    EXPECT_EQ(ToString(plan->printed_by.dialect), printer.dialect);
+    // The user's own start G-code wins, wherever it is set.
+    WriteWhole(folder.path() / "own.toml", "[printer]\nstart_gcode = \"MY_START\"\n");
+    const CommandResult own =
+        RunTrammel(words + printer.dialect + " --config own.toml --out own.gcode", folder.path());
+    EXPECT_EQ(own.exit_code, 0) << own.output;
+    EXPECT_THAT(ReadWhole(folder.path() / "own.gcode"),
+                AllOf(HasSubstr("\nMY_START\n"), Not(HasSubstr(printer.start))));
+  }
 }
 
 TEST(PatternCommand, NeverOverwritesUnasked) {
@@ -62,7 +95,14 @@ TEST(PatternCommand, EndsWithOneAndNoFileOnEveryMistake) {
            Mistake{"--pa 0,nan", "\"nan\" is not a number"},
            Mistake{"--set columns=9 --set rows=3", "columns: the print reaches x ="},
            Mistake{"--set columns=0", "columns: 0 is outside 1 ... 100"},
-           Mistake{"--set dialect=grbl", "must be \"klipper\", \"marlin\" or \"reprapfirmware\""},
+           Mistake{"--set dialect=grbl",
+                   "must be \"klipper\", \"marlin\", \"reprapfirmware\", \"prusa\" or \"bambu\""},
+           Mistake{"--dialect marlin --set pressure_advance_end=60",
+                   "60 s is above 10 s, the most that Marlin accepts; a K of some 30 to 130 is of "
+                   "LIN_ADVANCE 1.0"},
+           Mistake{"--pa 30:130:11", "a K of some 30 to 130 is of Marlin's LIN_ADVANCE 1.0"},
+           Mistake{"--dialect bambu --pa 0,2",
+                   "pressure_advances: 2 s is above 1.99999 s, the most that Bambu accepts"},
            Mistake{"--set nozzle_temperature=20", "20 °C is outside 170 ... 500 °C"},
            Mistake{"--config missing.toml", "missing.toml: there is no such file"},
            Mistake{"--config .", ".: is a folder"},

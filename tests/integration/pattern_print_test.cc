@@ -64,15 +64,16 @@ TEST(PatternPrint, ReachesTheFastSpeedOnEveryLineAndDepositsWhatWasPromised) {
 }
 
 TEST(PatternPrint, UsesNoCommandThatTheVirtualPrinterDoesNotKnowInAnyDialect) {
-  for (const auto dialect :
-       {gcode::Dialect::kKlipper, gcode::Dialect::kMarlin, gcode::Dialect::kRepRapFirmware}) {
+  for (const gcode::FirmwareWords& words : gcode::Firmwares()) {
     PatternConfig config;
     config.material = "abs";
-    config.dialect = dialect;
+    config.dialect = words.dialect;
+    config.start_gcode = words.start_gcode;
+    config.end_gcode = words.end_gcode;
     const auto program = sim::InterpretGcode(WriteGcode(LayOut(config), config), {});
     ASSERT_TRUE(program) << program.error().message;
     for (const auto& [name, count] : program->ignored) {
-      ADD_FAILURE() << ToString(dialect) << ": " << name << " (" << count << ")";
+      ADD_FAILURE() << words.name << ": " << name << " (" << count << ")";
     }
     EXPECT_EQ(program->hottest_nozzle_c, 255);
   }

@@ -120,6 +120,12 @@ Config DefaultConfig() {
   return config;
 }
 
+void FollowFirmware(Config& config) {
+  const gcode::FirmwareWords& words = gcode::WordsOf(config.pattern.dialect);
+  if (!config.IsSet("printer.start_gcode")) config.pattern.start_gcode = words.start_gcode;
+  if (!config.IsSet("printer.end_gcode")) config.pattern.end_gcode = words.end_gcode;
+}
+
 void FollowNozzle(Config& config) {
   constexpr double kHighest = 0.625;  // in nozzle diameters: ratio of the default layer
   pressure_advance::PatternConfig& pattern = config.pattern;
@@ -173,6 +179,7 @@ Result<Config> ParseConfig(std::string_view text, const std::string& file) {
     TRY(ReadSection(name.str(), *value.as_table(), file, settings, config));
   }
   FollowNozzle(config);
+  FollowFirmware(config);
   return config;
 }
 
@@ -265,6 +272,7 @@ Result<void> OverrideConfig(std::string_view assignment, Config& config,
   }
   config.options[fmt::format("{}.{}", setting->section, setting->key)] = "--set " + name;
   FollowNozzle(config);
+  FollowFirmware(config);
   return {};
 }
 
@@ -309,8 +317,11 @@ std::string DescribeChanges(Config config) {
   Config defaults = DefaultConfig();
   Config following = DefaultConfig();  // derived from other settings
   following.pattern.nozzle_diameter_mm = config.pattern.nozzle_diameter_mm;
+  following.pattern.dialect = config.pattern.dialect;
   FollowNozzle(following);
+  FollowFirmware(following);
   following.pattern.nozzle_diameter_mm = defaults.pattern.nozzle_diameter_mm;
+  following.pattern.dialect = defaults.pattern.dialect;
   const Settings ours = SettingsOf(config);
   const Settings usual = SettingsOf(defaults);
   const Settings followed = SettingsOf(following);

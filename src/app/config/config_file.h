@@ -31,6 +31,9 @@ struct Config {
 /// Sets the width and height of the pattern's lines to the nozzle's, where they are not set.
 void FollowNozzle(Config& config);
 
+/// Sets start and end G-code to the firmware's defaults, where they are not set.
+void FollowFirmware(Config& config);
+
 /// Returns the configuration of an empty file: the default preset's pattern and scan.
 [[nodiscard]] Config DefaultConfig();
 
@@ -70,7 +73,7 @@ inline constexpr std::size_t kMaxConfigBytes = 1u << 20;
 [[nodiscard]] std::string DescribeConfigKeys();
 
 /// Describes only the settings that differ from their defaults, except those derived from others
-/// (FollowNozzle); empty if there are none.
+/// (FollowNozzle, FollowFirmware); empty if there are none.
 [[nodiscard]] std::string DescribeChanges(Config config);
 
 }  // namespace trammel::files

@@ -112,7 +112,7 @@ TEST(ConfigFile, NamesFileLineKeyValueAndBound) {
       {"dialect = \"marlin\"\n", "a.toml:1: dialect belongs in [printer]"},
       {"printer = 3\n", "a.toml:1: printer is a section; write [printer]"},
       {"[printer]\ndialect = \"Marlin\"\n",
-       "must be \"klipper\", \"marlin\" or \"reprapfirmware\", is 'Marlin'"},
+       "must be \"klipper\", \"marlin\", \"reprapfirmware\", \"prusa\" or \"bambu\", is 'Marlin'"},
       {"[printer]\nbed_size_x = \"250\"\n", "must be a number, is '250' (string)"},
       {"[printer]\nbed_size_x = nan\n", "nan mm is outside"},
       {"[printer]\nstart_gcode = \"a\\u0000b\"\n", "control character 0x00"},

@@ -115,7 +115,7 @@ struct Setter {
     return std::nullopt;
   }
   Fault operator()(gcode::Dialect* out) const {
-    return Choose(gcode::ParseDialect, out, "\"klipper\", \"marlin\" or \"reprapfirmware\"");
+    return Choose(gcode::ParseDialect, out, gcode::DialectNames("\"").c_str());
   }
   Fault operator()(BedShape* out) const {
     return Choose(settings::ParseBedShape, out, "\"rectangle\" or \"ellipse\"");

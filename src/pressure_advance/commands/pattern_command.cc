@@ -19,6 +19,7 @@
 #include "app/printer_session.h"
 #include "app/provenance.h"
 #include "app/stated_settings.h"
+#include "gcode/dialect.h"
 #include "pressure_advance/commands/kept_result.h"
 #include "pressure_advance/commands/pattern_options.h"
 #include "pressure_advance/commands/pressure_advance_commands.h"
@@ -151,6 +152,9 @@ Result<void> RunPattern(const PatternArguments& arguments) {
                    : "print it, take a photo from straight above, then trammel pa analyze PHOTO" +
                          plan_option,
                11);
+  if (const auto words = gcode::WordsOf(config.dialect); !words.transfer.empty()) {
+    PrintWrapped("to print", std::string(words.transfer), 11);
+  }
   return {};
 }
 
@@ -167,7 +171,7 @@ void AddPatternCommand(CLI::App& parent, int& exit_code) {
       ->capture_default_str();
   command->add_option("--pa", arguments->pa,
                       "pressure advance in s: START:END:COUNT, START:END:STEP or a,b,c");
-  command->add_option("--dialect", arguments->dialect, "klipper, marlin or reprapfirmware");
+  command->add_option("--dialect", arguments->dialect, gcode::DialectNames());
   command->add_flag(
       "--photo", arguments->photo,
       "a pattern for a photo: 21 lines from 0 to 0.1 s (--pa for others), with a mark");

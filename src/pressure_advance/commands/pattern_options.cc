@@ -83,7 +83,10 @@ Result<std::vector<double>> ParsePressureAdvances(std::string_view text) {
   }
   for (double value : *parts) {
     if (value < 0 || value > kMaxAdvance_s) {
-      return Fail(fmt::format("--pa {}: {} s is outside 0 ... {} s", text, value, kMaxAdvance_s));
+      return Fail(fmt::format("--pa {}: {} s is outside 0 ... {} s{}", text, value, kMaxAdvance_s,
+                              value < 0 ? ""
+                                        : "; a K of some 30 to 130 is of Marlin's LIN_ADVANCE "
+                                          "1.0, and no time"));
     }
   }
   return parts;

@@ -5,11 +5,14 @@
 #include <cmath>
 #include <filesystem>
 #include <nlohmann/json.hpp>
+#include <string_view>
 #include <system_error>
 #include <utility>
+#include <vector>
 
 #include "files/json_object.h"
 #include "files/new_file.h"
+#include "gcode/dialect.h"
 #include "measurement/applied.h"
 
 namespace trammel::files {
@@ -64,6 +67,12 @@ Result<PlanLine> ParseLine(JsonObject object, const PatternPlan& plan) {
   return line;
 }
 
+std::vector<std::string_view> FirmwareNames() {
+  std::vector<std::string_view> names;
+  for (const gcode::FirmwareWords& firmware : gcode::Firmwares()) names.push_back(firmware.name);
+  return names;
+}
+
 /// Parses all keys but the lists of objects; unknown keys are checked later, with those lists.
 void ParseHead(JsonObject& object, PatternPlan& plan) {
   const int format = object.Integer("format", {0, 1e6});
@@ -94,9 +103,8 @@ void ParseHead(JsonObject& object, PatternPlan& plan) {
   if (object.has("corner_mark"))
     plan.corner_mark = object.Choice("corner_mark", {"printed"}) == "printed";
   if (object.has("firmware")) {
-    plan.printed_by.dialect =
-        gcode::ParseDialect(object.Choice("firmware", {"klipper", "marlin", "reprapfirmware"}))
-            .value_or(gcode::Dialect::kKlipper);
+    plan.printed_by.dialect = gcode::ParseDialect(object.Choice("firmware", FirmwareNames()))
+                                  .value_or(gcode::Dialect::kKlipper);
   }
   if (object.has("extruder_drive")) {
     plan.printed_by.drive = object.Integer("extruder_drive", {0, 31});

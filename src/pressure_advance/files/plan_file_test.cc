@@ -94,10 +94,12 @@ TEST(PlanFile, NamesWhatIsWrong) {
 TEST(PlanFile, KnowsTheFirmwareByWhoseCommandTheValueIsSet) {
   PatternConfig config;
   EXPECT_EQ(FormatPlan(PlanOf(config)).find("firmware"), std::string::npos);
-  config.dialect = gcode::Dialect::kMarlin;
-  const auto marlin = ParsePlan(FormatPlan(PlanOf(config)), "a.plan.json");
-  ASSERT_TRUE(marlin) << marlin.error().message;
-  EXPECT_EQ(marlin->printed_by, (gcode::PrintedBy{gcode::Dialect::kMarlin, 0}));
+  for (const gcode::FirmwareWords& words : gcode::Firmwares()) {
+    config.dialect = words.dialect;
+    const auto read = ParsePlan(FormatPlan(PlanOf(config)), "a.plan.json");
+    ASSERT_TRUE(read) << read.error().message;
+    EXPECT_EQ(read->printed_by, (gcode::PrintedBy{words.dialect, 0}));
+  }
   config.dialect = gcode::Dialect::kRepRapFirmware;
   config.start_gcode = "T2\n" + config.start_gcode;
   const auto duet = ParsePlan(FormatPlan(PlanOf(config)), "a.plan.json");

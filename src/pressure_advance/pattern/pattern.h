@@ -67,8 +67,8 @@ struct PatternLayout {
 [[nodiscard]] PatternLayout LayOut(const PatternConfig& config);
 
 /// Returns the complete file: start G-code, modes and limits, moves, end or idle G-code. Absolute
-/// positions and absolute E, both set explicitly. REQUIRES a layout from LayOut(config), and
-/// temperatures (settings::FindTemperatureProblem).
+/// positions, E as the firmware's files have it, both set explicitly. REQUIRES a layout from
+/// LayOut(config), and temperatures (settings::FindTemperatureProblem).
 [[nodiscard]] std::string WriteGcode(const PatternLayout& layout, const PatternConfig& config);
 
 /// Describes in a sentence the settings that remain changed after the print.

@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -25,6 +26,8 @@ constexpr int kFeedDecimals = 2;      // mm/min
 /// Builds the file line by line.
 class Writer {
  public:
+  explicit Writer(bool relative_filament) : relative_filament_(relative_filament) {}
+
   void Line(std::string_view text) {
     out_ += text;
     out_ += '\n';
@@ -39,6 +42,7 @@ class Writer {
   }
 
   void Motion(const Move& move) {
+    const double before_mm = filament_mm_;
     filament_mm_ += move.filament_mm;
     std::string line = move.kind == MoveKind::kTravel ? "G0" : "G1";
     if (move.to.x_mm != move.from.x_mm)
@@ -47,15 +51,26 @@ class Writer {
       line += " Y" + FormatNumber(move.to.y_mm, kPositionDecimals);
     if (move.to.z_mm != move.from.z_mm)
       line += " Z" + FormatNumber(move.to.z_mm, kPositionDecimals);
-    if (move.filament_mm != 0) line += " E" + FormatNumber(filament_mm_, kFilamentDecimals);
+    if (move.filament_mm != 0) {
+      // Differences of rounded sums do not drift.
+      line += " E" + FormatNumber(relative_filament_ ? Rounded(filament_mm_) - Rounded(before_mm)
+                                                     : filament_mm_,
+                                  kFilamentDecimals);
+    }
     Line(line + " F" + FormatNumber(move.speed_mm_s * 60, kFeedDecimals));
   }
 
   [[nodiscard]] std::string Take() { return std::move(out_); }
 
  private:
+  [[nodiscard]] static double Rounded(double filament_mm) {
+    constexpr double kUnitsPerMm = 1e5;  // kFilamentDecimals
+    return std::round(filament_mm * kUnitsPerMm) / kUnitsPerMm;
+  }
+
   std::string out_;
-  double filament_mm_ = 0;  ///< E, absolute
+  bool relative_filament_;
+  double filament_mm_ = 0;  ///< since the file's begin
 };
 
 void WriteHead(const PatternLayout& layout, const PatternConfig& config, Writer& writer) {
@@ -89,13 +104,7 @@ void WriteHead(const PatternLayout& layout, const PatternConfig& config, Writer&
 /// Writes modes, whose state after the start G-code is unknown, and the limits of the pattern.
 void WriteModes(const PatternConfig& config, Writer& writer) {
   writer.Lines(SaveStateCommands(config.dialect));
-  writer.Line("G21 ; mm");
-  writer.Line("G90 ; absolute positions");
-  writer.Line("M82 ; absolute E");
-  writer.Line("M220 S100 ; speeds as written, whatever override was left over");
-  writer.Line("M221 S100 ; so is the filament");
-  writer.Line("G92 E0");
-  writer.Line("M107 ; no fan on a first layer");
+  writer.Lines(ModeCommands(config.dialect));
   if (config.dialect == gcode::Dialect::kKlipper) {
     // Otherwise Klipper slows moves down until half of each is cruised, and the lines would change
     // speed elsewhere than the analysis assumes.
@@ -122,7 +131,7 @@ void WriteMoves(const PatternLayout& layout, const PatternConfig& config, Writer
             FormatNumber(line.pressure_advance_s, gcode::kPressureAdvanceDecimals);
         writer.Line(fmt::format("; line {} of pattern {}", move.line, move.pattern));
         SetPressureAdvance(config, line.pressure_advance_s, writer);
-        writer.Line(gcode::DisplayCommand("PA " + value));
+        writer.Lines(DisplayCommands(config.dialect, "PA " + value));
       } else {
         if (move.pattern >= 0) writer.Line(fmt::format("; frame of pattern {}", move.pattern));
         if (move.pattern >= 0 && !config.conditions.empty()) {
@@ -143,7 +152,7 @@ double LastAcceleration_mm_s2(const PatternConfig& config) {
 
 void WriteRestore(const PatternConfig& config, Writer& writer) {
   writer.Line(gcode::WaitForMovesCommand());
-  writer.Line("M117");
+  writer.Lines(DisplayCommands(config.dialect, ""));
   if (config.restore_pressure_advance_s) {
     SetPressureAdvance(config, *config.restore_pressure_advance_s, writer);
   }
@@ -173,7 +182,7 @@ std::string WriteGcode(const PatternLayout& layout, const PatternConfig& config)
     TRAMMEL_CHECK(expanded.has_value(), "{}: {}", key, expanded.error().message);
     return *std::move(expanded);
   };
-  Writer writer;
+  Writer writer(gcode::WordsOf(config.dialect).relative_filament);
   WriteHead(layout, config, writer);
   writer.Line("; start G-code");
   writer.Block(expand("start_gcode", config.start_gcode));

@@ -80,11 +80,9 @@ PatternConfig OfAbs() {
 
 std::string GcodeOf(const PatternConfig& config) { return WriteGcode(LayOut(config), config); }
 
-constexpr gcode::Dialect kDialects[] = {gcode::Dialect::kKlipper, gcode::Dialect::kMarlin,
-                                        gcode::Dialect::kRepRapFirmware};
-
 TEST(PatternGcode, PrintsEachLineUnderItsOwnPressureAdvanceInEveryDialect) {
-  for (const gcode::Dialect dialect : kDialects) {
+  for (const gcode::FirmwareWords& words : gcode::Firmwares()) {
+    const gcode::Dialect dialect = words.dialect;
     PatternConfig config = OfAbs();
     config.dialect = dialect;
     config.frame_pressure_advance_s = 0.02;

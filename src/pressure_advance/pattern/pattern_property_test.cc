@@ -28,7 +28,7 @@ bool DrawBool() { return DrawInt(0, 1) == 1; }
 PatternConfig DrawConfig() {
   PatternConfig config;
   config.material = "petg";
-  config.dialect = static_cast<gcode::Dialect>(DrawInt(0, 2));
+  config.dialect = gcode::Firmwares()[static_cast<std::size_t>(DrawInt(0, 4))].dialect;
   config.bed_size_x_mm = Draw(300, 600);
   config.bed_size_y_mm = Draw(300, 600);
   config.bed_origin_x_mm = DrawBool() ? -config.bed_size_x_mm / 2 : 0;

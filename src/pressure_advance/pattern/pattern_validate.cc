@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <tuple>
 
 #include "gcode/dialect.h"
 #include "pressure_advance/pattern/pattern.h"
@@ -33,6 +34,36 @@ Problem CheckFields(const PatternConfig& config) {
   }
   if (Problem problem = settings::FindMaterialProblem(config)) return problem;
   return settings::FindFieldProblems(config, PatternFields());
+}
+
+// Checks the values of the whole file against the firmware's command.
+Problem CheckFirmwareRange(const PatternConfig& config) {
+  const gcode::FirmwareWords& words = gcode::WordsOf(config.dialect);
+  const auto check = [&](const char* section, const char* key, double value_s) -> Problem {
+    if (!(value_s > words.max_advance_s)) return std::nullopt;
+    const bool marlin = config.dialect == gcode::Dialect::kMarlin;
+    return InSection(
+        section, key,
+        fmt::format("{} s is above {} s, the most that {} accepts{}", value_s,
+                    gcode::FormatNumber(words.max_advance_s, gcode::kPressureAdvanceDecimals),
+                    words.title,
+                    // https://marlinfw.org/docs/features/lin_advance.html
+                    marlin ? "; a K of some 30 to 130 is of LIN_ADVANCE 1.0 (Marlin 1.1.8 and "
+                             "older) and no time: update the firmware and give seconds"
+                           : ""));
+  };
+  constexpr const char* kPattern = "pressure_advance_pattern";
+  for (const double value_s : config.pressure_advances_s) {
+    if (Problem problem = check(kPattern, "pressure_advances", value_s)) return problem;
+  }
+  for (const auto& [section, key, value_s] :
+       {std::tuple{kPattern, "pressure_advance_end",
+                   config.pressure_advances_s.empty() ? config.pressure_advance_end_s : 0.0},
+        {kPattern, "frame_pressure_advance", config.frame_pressure_advance_s},
+        {"printer", "restore_pressure_advance", config.restore_pressure_advance_s.value_or(0)}}) {
+    if (Problem problem = check(section, key, value_s)) return problem;
+  }
+  return std::nullopt;
 }
 
 Problem CheckPressureAdvances(const PatternConfig& config) {
@@ -276,8 +307,9 @@ Problem CheckDrive(const PatternConfig& config) {
 
 std::optional<settings::SettingProblem> FindProblem(const PatternConfig& config) {
   // Checks ranges first: later checks divide and multiply.
-  for (auto check : {CheckFields, CheckPressureAdvances, CheckAllSegments, CheckBead, CheckWays,
-                     CheckMark, CheckFit, CheckPark, CheckUserGcode, CheckDrive}) {
+  for (auto check :
+       {CheckFirmwareRange, CheckFields, CheckPressureAdvances, CheckAllSegments, CheckBead,
+        CheckWays, CheckMark, CheckFit, CheckPark, CheckUserGcode, CheckDrive}) {
     if (Problem problem = check(config)) return problem;
   }
   return std::nullopt;

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "gcode/dialect.h"
 #include "session/print_needs.h"
 #include "session/session.h"
 
@@ -56,8 +57,11 @@ Result<void> CheckValue(double pressure_advance_s, const ApplyOptions& options) 
 
 // Returns the command; without a name, the active extruder's own.
 std::string CommandFor(const std::string& name, double pressure_advance_s) {
-  return fmt::format("SET_PRESSURE_ADVANCE{} ADVANCE={:.4f}",
-                     name.empty() ? "" : " EXTRUDER=" + name, pressure_advance_s);
+  gcode::AdvanceMotors motors;
+  if (!name.empty()) motors.names.push_back(name);
+  return PressureAdvanceCommands(gcode::Dialect::kKlipper,
+                                 fmt::format("{:.4f}", pressure_advance_s), motors)
+      .front();
 }
 
 // Returns all motors in their present state. A single one needs no name.

@@ -189,8 +189,8 @@ Result<void> Interpreter::SetVelocityLimit(const Command& command) {
   return {};
 }
 
-// Klipper's SET_PRESSURE_ADVANCE ADVANCE; Marlin's M900 K and RepRapFirmware's M572 S do not
-// smooth.
+// Klipper's SET_PRESSURE_ADVANCE ADVANCE; Marlin's and Bambu's M900 K, and M572 S of RepRapFirmware
+// and Prusa, do not smooth here.
 Result<void> Interpreter::SetPressureAdvance(const Command& command) {
   const char* key = command.name == "M900" ? "K" : command.name == "M572" ? "S" : "ADVANCE";
   TRY(Read(command, key, kPressureAdvanceS, next_.pressure_advance_s));
@@ -284,6 +284,11 @@ Result<void> Interpreter::Run(const Command& command) {
                                             "M117",
                                             "M118",
                                             "G21",
+                                            "M17",
+                                            "M555",
+                                            "G29",
+                                            "G29.2",
+                                            "M975",
                                             "_TRAMMEL_KEEP_SETTINGS",
                                             "_TRAMMEL_BRING_BACK_SETTINGS"};
   if (const auto handler = Handlers().find(command.name); handler != Handlers().end()) {

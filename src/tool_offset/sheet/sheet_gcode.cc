@@ -331,7 +331,7 @@ class Writer {
   void Heat() {
     const double bed_c = settings::TemperaturesOf(OnPaper(settings_)).bed_c;
     pen_.Line("; heating, aside from the paper");
-    pen_.Line(gcode::DisplayCommand("Heating"));
+    pen_.Lines(gcode::DisplayCommands(dialect_, "Heating"));
     WriteModes();
     pen_.Park();
     pen_.Line(fmt::format("M140 S{}", gcode::FormatNumber(bed_c, 1)));

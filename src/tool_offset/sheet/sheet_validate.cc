@@ -103,6 +103,16 @@ Problem CheckFields(const SheetSettings& settings) {
   return settings::FindFieldProblems(settings, SheetFields());
 }
 
+Problem CheckFirmware(const SheetSettings& settings) {
+  const gcode::FirmwareWords& words = gcode::WordsOf(settings.printer.dialect);
+  if (words.writes_tool_offsets) return std::nullopt;
+  return settings::SettingProblem{
+      "printer", "dialect",
+      fmt::format("{}: sheets of several tools are not written for {}; its tool changes need its "
+                  "slicer's own G-code",
+                  words.name, words.title)};
+}
+
 Problem CheckTools(const SheetSettings& settings) {
   constexpr std::size_t kMaxTools = 8;
   const std::vector<int>& tools = settings.tools;
@@ -334,8 +344,8 @@ Problem CheckUserGcode(const SheetSettings& settings) {
 
 std::optional<settings::SettingProblem> FindProblem(const SheetSettings& settings) {
   // Ranges first: later checks divide and multiply.
-  for (auto check : {CheckFields, CheckTools, CheckCombs, CheckPrinter, CheckPaper, CheckFitsPaper,
-                     CheckFit, CheckUserGcode}) {
+  for (auto check : {CheckFields, CheckFirmware, CheckTools, CheckCombs, CheckPrinter, CheckPaper,
+                     CheckFitsPaper, CheckFit, CheckUserGcode}) {
     if (Problem problem = check(settings)) return problem;
   }
   return std::nullopt;
