@@ -13,6 +13,7 @@
 
 #include "app/commands.h"
 #include "app/output_files.h"
+#include "app/provenance.h"
 #include "base/json_text.h"
 #include "base/statistics.h"
 #include "document/answer_head.h"
@@ -274,16 +275,22 @@ Written WriteFiles(const AnalysisRun& run, const ResultFile& result, const Analy
 
 // Prints the commands of the firmware that printed the lines, or of each if unknown.
 void PrintHowToUse(const std::optional<gcode::PrintedBy>& printed_by, const std::string& value_s) {
-  const auto say = [&](gcode::Dialect dialect, int drive, const char* begin, const char* end) {
+  const auto say = [&](gcode::Dialect dialect, int drive, const char* begin, std::string_view end) {
     for (const std::string& line : PressureAdvanceCommands(dialect, value_s, {{}, drive})) {
       fmt::print("{:<17} {}{}\n", begin, line, end);
     }
   };
   constexpr const char* kUse = "to use it";
-  if (printed_by) return say(printed_by->dialect, printed_by->drive, kUse, "");
-  say(gcode::Dialect::kKlipper, 0, kUse, " (Klipper)");
-  say(gcode::Dialect::kMarlin, 0, "", " (Marlin)");
-  say(gcode::Dialect::kRepRapFirmware, 0, "", " (RepRapFirmware; D is the extruder's drive)");
+  if (printed_by) {
+    say(printed_by->dialect, printed_by->drive, kUse, "");
+    PrintWrapped("to keep it", std::string(gcode::WordsOf(printed_by->dialect).keep));
+    return;
+  }
+  for (const gcode::FirmwareWords& words : gcode::Firmwares()) {
+    say(words.dialect, 0, &words == &gcode::Firmwares().front() ? kUse : "",
+        fmt::format(" ({}{}{})", words.title, words.advance_note.empty() ? "" : "; ",
+                    words.advance_note));
+  }
 }
 
 }  // namespace

@@ -132,18 +132,27 @@ std::string Head(const pa::Analysis& analysis) {
 
 // Returns the command for another firmware than Klipper that printed the lines.
 std::string NextIn(const gcode::PrintedBy& printed_by, const std::string& value_s) {
-  const bool marlin = printed_by.dialect == gcode::Dialect::kMarlin;
+  const gcode::FirmwareWords& words = gcode::WordsOf(printed_by.dialect);
   const auto lines = PressureAdvanceCommands(printed_by.dialect, value_s, {{}, printed_by.drive});
-  return Card("What to do next",
-              fmt::format("<p>Try it at once ({}):</p>\n<pre>{}</pre>\n"
-                          "<p>Keep it: {}.</p>\n"
-                          "<p class=\"quiet\">It holds for this filament, nozzle and temperature. "
-                          "A slicer that sets pressure advance itself overwrites it: set the same "
-                          "value there.</p>\n",
-                          marlin ? "Marlin" : "RepRapFirmware", EscapeHtml(lines.front()),
-                          marlin ? "<code>M500</code>, where the printer has an EEPROM, or the "
-                                   "same line in the slicer's start G-code"
-                                 : "the same line in <code>config.g</code>"));
+  return Card(
+      "What to do next",
+      fmt::format("<p>Try it at once ({}):</p>\n<pre>{}</pre>\n"
+                  "<p>Keep it: {}.</p>\n"
+                  "<p class=\"quiet\">It holds for this filament, nozzle and temperature. "
+                  "A slicer that sets pressure advance itself overwrites it: set the same "
+                  "value there.</p>\n",
+                  EscapeHtml(words.title), EscapeHtml(lines.front()), EscapeHtml(words.keep)));
+}
+
+// Returns the commands of all firmwares but Klipper in a sentence.
+std::string OtherFirmwares(const std::string& value_s) {
+  std::string all;
+  for (const gcode::FirmwareWords& words : gcode::Firmwares()) {
+    if (words.dialect == gcode::Dialect::kKlipper) continue;
+    all += fmt::format("{}{}: <code>{}</code>", all.empty() ? "" : " · ", EscapeHtml(words.title),
+                       EscapeHtml(PressureAdvanceCommands(words.dialect, value_s).front()));
+  }
+  return all;
 }
 
 std::string Next(const pa::Analysis& analysis, bool has_figures) {
@@ -161,16 +170,15 @@ std::string Next(const pa::Analysis& analysis, bool has_figures) {
   if (analysis.printed_by && analysis.printed_by->dialect != gcode::Dialect::kKlipper) {
     return NextIn(*analysis.printed_by, value);
   }
-  return Card(
-      "What to do next",
-      fmt::format(
-          "<p>Try it at once (Klipper):</p>\n<pre>SET_PRESSURE_ADVANCE ADVANCE={0}</pre>\n"
-          "<p>Keep it, in <code>printer.cfg</code>:</p>\n"
-          "<pre>[extruder]\npressure_advance: {0}</pre>\n"
-          "<p class=\"quiet\">Marlin: <code>M900 K{0}</code> · RepRapFirmware: <code>M572 D0 "
-          "S{0}</code>. It holds for this filament, nozzle and temperature. A slicer that sets "
-          "pressure advance itself overwrites it: set the same value there.</p>\n",
-          value));
+  return Card("What to do next",
+              fmt::format("<p>Try it at once (Klipper):</p>\n<pre>{2}</pre>\n"
+                          "<p>Keep it, in <code>printer.cfg</code>:</p>\n"
+                          "<pre>[extruder]\npressure_advance: {0}</pre>\n"
+                          "<p class=\"quiet\">{1}. It holds for this filament, nozzle and "
+                          "temperature. A slicer that sets "
+                          "pressure advance itself overwrites it: set the same value there.</p>\n",
+                          value, OtherFirmwares(value),
+                          PressureAdvanceCommands(gcode::Dialect::kKlipper, value).front()));
 }
 
 std::string Parts(const pa::Analysis& analysis) {

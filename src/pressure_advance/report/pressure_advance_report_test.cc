@@ -68,6 +68,19 @@ TEST(PressureAdvanceReport, NamesTheCommandOfTheFirmwareThatPrinted) {
   EXPECT_FALSE(Has(marlin, "printer.cfg"));
   analysis.printed_by = gcode::PrintedBy{gcode::Dialect::kRepRapFirmware, 1};
   EXPECT_TRUE(Has(Text(Page(analysis)), "M572 D1 S0.0362"));
+  for (const gcode::FirmwareWords& words : gcode::Firmwares()) {
+    analysis.printed_by = gcode::PrintedBy{words.dialect, 0};
+    const std::string text = Text(Page(analysis));
+    EXPECT_TRUE(Has(text, "<pre>" + PressureAdvanceCommands(words.dialect, "0.0362").front()))
+        << words.name;
+    EXPECT_TRUE(Has(text, std::string(words.title))) << words.name;
+  }
+  analysis.printed_by = std::nullopt;  // of each firmware
+  const std::string unknown = Text(Page(analysis));
+  for (const gcode::FirmwareWords& words : gcode::Firmwares()) {
+    EXPECT_TRUE(Has(unknown, PressureAdvanceCommands(words.dialect, "0.0362").front()))
+        << words.name;
+  }
 }
 
 TEST(PressureAdvanceReport, NamesNoAnswerUnlessGoodHoweverGoodTheParts) {
