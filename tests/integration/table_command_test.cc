@@ -25,14 +25,15 @@ using ::testing::Not;
 class TableCommand : public testing::Test {
  protected:
   void Calibrated(const std::string& name, int speed_mm_s, int acceleration_mm_s2, double value_s,
-                  const std::string& filament = "PLA") const {
+                  const std::string& filament = "PLA", double layer_height_mm = 0.25) const {
     const auto recording = folder_.path() / name;
     std::filesystem::create_directory(recording);
     const CommandResult plan = RunTrammel(
         fmt::format("pa pattern --material pla --set "
                     "'segments=[{{fraction=0.25,speed=5}},{{fraction=0.5,speed={}}},{{fraction=0."
-                    "25,speed=5}}]' --set acceleration={} --out {}/pattern.gcode",
-                    speed_mm_s, acceleration_mm_s2, name),
+                    "25,speed=5}}]' --set acceleration={} --set layer_height={} --out "
+                    "{}/pattern.gcode",
+                    speed_mm_s, acceleration_mm_s2, layer_height_mm, name),
         folder_.path());
     ASSERT_EQ(plan.exit_code, 0) << plan.output;
     measurement::Outcome outcome;
@@ -104,6 +105,38 @@ TEST_F(TableCommand, SaysTheLawOfFlowAndWhatFirmwareWithSuchALawIsToBeTold) {
                                 HasSubstr("a third fast speed would tell"),
                                 Not(HasSubstr("pressure_advance_model"))));
   EXPECT_THAT(Run("a").output, HasSubstr("law of flow       not known: it takes two flows"));
+}
+
+TEST_F(TableCommand, ShowsEachLayerHeightAndMixesNoneIntoASlicersProfile) {
+  Calibrated("a", 50, 3000, 0.050);
+  Calibrated("b", 150, 3000, 0.040);
+  Calibrated("c", 50, 3000, 0.056, "PLA", 0.2);
+  Calibrated("d", 150, 3000, 0.045, "PLA", 0.2);
+  const CommandResult run = Run("a b c d");
+  ASSERT_EQ(run.exit_code, 0) << run.output;
+  EXPECT_THAT(run.output, AllOf(HasSubstr(" 4.52 mm3/s    3000 mm/s2   0.2 mm   0.05600 s"),
+                                HasSubstr(" 5.52 mm3/s    3000 mm/s2   0.25 mm  0.05000 s"),
+                                HasSubstr("the layers are 0.2 and 0.25 mm high")));
+  const auto json = nlohmann::json::parse(Run("a b c d --json").output);
+  ASSERT_EQ(json["rows"].size(), 4u);
+  EXPECT_EQ(json["rows"][0]["layer_height_mm"], 0.2);
+  EXPECT_EQ(json["rows"][3]["layer_height_mm"], 0.25);
+  EXPECT_FALSE(json["law_layer_height_mm"].is_null());
+  WriteWhole(folder_.path() / "pla.json", R"({"filament_settings_id": ["mine"]})");
+  const CommandResult mixed = Run("a b c d --orca pla.json -o out.json");
+  EXPECT_EQ(mixed.exit_code, 1);
+  EXPECT_THAT(mixed.output, AllOf(HasSubstr("layers of 0.2 and 0.25 mm"),
+                                  HasSubstr("choose one by --layer-height")));
+  EXPECT_FALSE(std::filesystem::exists(folder_.path() / "out.json"));
+  const CommandResult one = Run("a b c d --layer-height 0.2 --orca pla.json -o out.json");
+  ASSERT_EQ(one.exit_code, 0) << one.output;
+  EXPECT_THAT(one.output, AllOf(HasSubstr("for layers of 0.2 mm"), Not(HasSubstr("0.25 mm"))));
+  const auto profile = nlohmann::json::parse(ReadWhole(folder_.path() / "out.json"));
+  EXPECT_EQ(profile["adaptive_pressure_advance_model"][0], "0.0560,4.52,3000\n0.0450,13.56,3000");
+  const CommandResult none = Run("a b c d --layer-height 0.3");
+  EXPECT_EQ(none.exit_code, 1);
+  EXPECT_THAT(none.output,
+              HasSubstr("--layer-height 0.3: the calibrations are of layers of 0.2 and"));
 }
 
 TEST_F(TableCommand, RefusesWhatDoesNotBelongTogether) {

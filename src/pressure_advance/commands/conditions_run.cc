@@ -143,8 +143,10 @@ void PrintFlowTable(const FlowTable& table, double filament_diameter_mm, const f
   PrintTable(table, filament_diameter_mm);
   const auto adaptive = AdaptiveRows(table);
   if (!adaptive.empty()) {
-    fmt::print("OrcaSlicer        its adaptive pressure advance, value, flow, acceleration:\n{}\n",
-               files::AdaptiveModel(adaptive));
+    fmt::print(
+        "OrcaSlicer        its adaptive pressure advance in {:.3g} mm layers, value, flow, "
+        "acceleration:\n{}\n",
+        fmt::join(LayerHeights_mm(adaptive), ""), files::AdaptiveModel(adaptive));
     fmt::print("into its profile  trammel pa table {}/*/ --orca PROFILE -o NEW_PROFILE\n",
                folder.string());
   }
@@ -279,6 +281,7 @@ Result<Calibration> CalibrationOf(const fs::path& folder) {
   point.flow_mm3_s = fast.speed_mm_s * area_mm2;
   point.slow_flow_mm3_s = slow.speed_mm_s * area_mm2;
   point.acceleration_mm_s2 = plan.acceleration_mm_s2;
+  point.layer_height_mm = plan.layer_height_mm;
   point.pressure_advance_s = *answer->measured;
   return Calibration{point, answer->result->subject, files::Fingerprint(*answer->result)};
 }
@@ -355,7 +358,10 @@ void PrintLaws(const FlowTable& table, double filament_diameter_mm) {
   fmt::print("law of flow       filament stored as flow to the power of {}{}{}\n",
              report::WithInterval(exponent.quantity(), {"", 1, 2}), WordsOfBend(laws),
              table.laws_acceleration_mm_s2
-                 ? fmt::format("; at {:.0f} mm/s2 alone", *table.laws_acceleration_mm_s2)
+                 ? fmt::format("; at {:.0f} mm/s2{} alone", *table.laws_acceleration_mm_s2,
+                               table.laws_layer_height_mm ? fmt::format(" and {:.3g} mm layers",
+                                                                        *table.laws_layer_height_mm)
+                                                          : "")
                  : "");
   if (!laws.firmware) {
     if (laws.bends && exponent.quantity().value < 1) {
@@ -379,7 +385,8 @@ void PrintLaws(const FlowTable& table, double filament_diameter_mm) {
 
 }  // namespace
 
-Result<FlowTable> TableOf(const std::vector<std::string>& recordings) {
+Result<FlowTable> TableOf(const std::vector<std::string>& recordings,
+                          std::optional<double> layer_height_mm) {
   std::vector<FlowPoint> points;
   measurement::Subject subject;
   std::map<std::string, std::string> taken;  // fingerprint, folder
@@ -394,6 +401,15 @@ Result<FlowTable> TableOf(const std::vector<std::string>& recordings) {
     Complete(subject, calibration.subject);
     points.push_back(calibration.point);
   }
+  if (layer_height_mm) {
+    const auto heights_mm = pressure_advance::LayerHeights_mm(points);
+    std::erase_if(
+        points, [&](const FlowPoint& point) { return !IsOfLayerHeight(point, *layer_height_mm); });
+    if (points.empty()) {
+      return Fail(fmt::format("--layer-height {}: the calibrations are of layers of {:.3g} mm",
+                              *layer_height_mm, fmt::join(heights_mm, " and ")));
+    }
+  }
   return pressure_advance::MakeFlowTable(std::move(points));
 }
 
@@ -403,6 +419,7 @@ Json TableJson(const FlowTable& table) {
     const Interval& interval = row.pressure_advance_s.interval95;
     rows.push_back({{"flow_mm3_s", row.flow_mm3_s},
                     {"acceleration_mm_s2", row.acceleration_mm_s2},
+                    {"layer_height_mm", row.layer_height_mm ? Json(*row.layer_height_mm) : Json()},
                     {"calibrations", row.count},
                     {"pressure_advance_s", row.pressure_advance_s.value},
                     {"standard_uncertainty_s", row.pressure_advance_s.standard_uncertainty},
@@ -418,14 +435,18 @@ Json TableJson(const FlowTable& table) {
           {"bends", table.laws.bends},
           {"law_acceleration_mm_s2",
            table.laws_acceleration_mm_s2 ? Json(*table.laws_acceleration_mm_s2) : Json(nullptr)},
+          {"law_layer_height_mm",
+           table.laws_layer_height_mm ? Json(*table.laws_layer_height_mm) : Json(nullptr)},
           {"firmware_law", LawJson(table.laws.firmware)},
           {"notices", table.notices}};
 }
 
 void PrintTable(const FlowTable& table, double filament_diameter_mm) {
-  fmt::print("  flow       acceleration   pressure advance\n");
+  fmt::print("  flow       acceleration   layer    pressure advance\n");
   for (const FlowPoint& row : table.rows) {
-    fmt::print("{:6.2f} mm3/s {:7.0f} mm/s2   {}{}\n", row.flow_mm3_s, row.acceleration_mm_s2,
+    fmt::print("{:6.2f} mm3/s {:7.0f} mm/s2   {:<7}  {}{}\n", row.flow_mm3_s,
+               row.acceleration_mm_s2,
+               row.layer_height_mm ? fmt::format("{:.3g} mm", *row.layer_height_mm) : "?",
                report::WithInterval(row.pressure_advance_s, report::kSeconds),
                row.count > 1 ? fmt::format(", of {} calibrations", row.count) : "");
   }

@@ -54,11 +54,12 @@ struct ConditionsRun {
 // Table of pressure advance over flow and acceleration, from the recordings of several
 // calibrations.
 
-/// Returns the table of the recordings' stored answers, by the flows and accelerations of their
-/// plans. Errors: a folder without either, or without a good answer; a duplicate; a filament,
-/// nozzle or printer other than the others'.
+/// Returns the table of the recordings' stored answers, by the flows, accelerations and layer
+/// heights of their plans. Errors: a folder without either, or without a good answer; a duplicate;
+/// a filament, nozzle or printer other than the others'; no recording of the layer height.
+/// @param layer_height_mm  leaves out all others; absent: all
 [[nodiscard]] Result<pressure_advance::FlowTable> TableOf(
-    const std::vector<std::string>& recordings);
+    const std::vector<std::string>& recordings, std::optional<double> layer_height_mm = {});
 
 /// Returns the JSON of `pa table --json` (docs/reference/formats.md).
 [[nodiscard]] nlohmann::ordered_json TableJson(const pressure_advance::FlowTable& table);

@@ -1,8 +1,10 @@
 // trammel pa table
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <CLI/CLI.hpp>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -27,6 +29,7 @@ struct TableArguments {
   bool json = false;
   std::string orca;
   std::string out;
+  std::optional<double> layer_height_mm;
   double filament_diameter_mm = 1.75;
   bool force = false;
 };
@@ -34,6 +37,14 @@ struct TableArguments {
 // Writes the profile, and returns its notice.
 Result<std::string> WriteProfile(const TableArguments& arguments, const FlowTable& table) {
   constexpr std::size_t kMaxBytes = 4'000'000;
+  const auto heights_mm = pressure_advance::LayerHeights_mm(table.rows);
+  if (heights_mm.size() > 1) {
+    return Fail(
+        fmt::format("the calibrations are of layers of {:.3g} mm, and OrcaSlicer's model has flow "
+                    "and acceleration alone: choose one by --layer-height, and make a profile of "
+                    "each",
+                    fmt::join(heights_mm, " and ")));
+  }
   const auto rows = pressure_advance::AdaptiveRows(table);
   if (rows.empty()) {
     return Fail(
@@ -45,11 +56,12 @@ Result<std::string> WriteProfile(const TableArguments& arguments, const FlowTabl
       TRY(files::WithPressureAdvance(profile, arguments.orca, table.single_s.value, rows));
   TRY(WriteOutputs({{arguments.out, made.text}}, arguments.force));
   return fmt::format(
-      "{} rows{} and one value, {:.4f} s, in {}: import it in OrcaSlicer", rows.size(),
+      "{} rows{} and one value, {:.4f} s, in {}: import it in OrcaSlicer, for layers of {:.3g} mm",
+      rows.size(),
       rows.size() < table.rows.size()
           ? fmt::format(" of {} (an acceleration with one flow is left out)", table.rows.size())
           : "",
-      table.single_s.value, arguments.out);
+      table.single_s.value, arguments.out, fmt::join(heights_mm, ""));
 }
 
 Result<int> RunTable(const TableArguments& arguments) {
@@ -59,7 +71,7 @@ Result<int> RunTable(const TableArguments& arguments) {
   if (!arguments.out.empty()) {
     TRY(RefuseToOverwrite({arguments.out}, arguments.force));
   }
-  const auto table = TRY(TableOf(arguments.recordings));
+  const auto table = TRY(TableOf(arguments.recordings, arguments.layer_height_mm));
   std::string profile;
   if (!arguments.orca.empty()) {
     profile = TRY(WriteProfile(arguments, table));
@@ -89,6 +101,10 @@ void AddTableCommand(CLI::App& parent, int& exit_code) {
                       "a filament profile exported from OrcaSlicer, for its adaptive pressure "
                       "advance");
   command->add_option("-o,--out", arguments->out, "the profile to import there");
+  command
+      ->add_option("--layer-height", arguments->layer_height_mm,
+                   "mm; calibrations in layers of this height alone; left out: all")
+      ->check(CLI::Range(0.001, 10.0));
   command
       ->add_option("--filament-diameter", arguments->filament_diameter_mm,
                    "mm; for the law as firmware has it")

@@ -1,12 +1,14 @@
 #include "pressure_advance/flow/flow_table.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
 #include <functional>
 #include <iterator>
 #include <limits>
+#include <tuple>
 #include <utility>
 
 #include "base/check.h"
@@ -180,6 +182,11 @@ constexpr double kSame = 0.02;  // relative difference of conditions that count 
 
 bool Same(double a, double b) { return std::abs(a - b) <= kSame * std::max(a, b); }
 
+bool SameLayer(const FlowPoint& a, const FlowPoint& b) {
+  return a.layer_height_mm.has_value() == b.layer_height_mm.has_value() &&
+         Same(a.layer_height_mm.value_or(0), b.layer_height_mm.value_or(0));
+}
+
 // Returns a standard uncertainty whose normal interval covers the stated one, which is wider with
 // few degrees of freedom.
 double Sigma(const Quantity& quantity) {
@@ -213,13 +220,13 @@ Quantity Combined(const std::vector<Quantity>& values) {
 
 std::vector<FlowPoint> Merged(std::vector<FlowPoint> points) {
   std::ranges::sort(points, {}, [](const FlowPoint& p) {
-    return std::pair{p.acceleration_mm_s2, p.flow_mm3_s};
+    return std::tuple{p.layer_height_mm, p.acceleration_mm_s2, p.flow_mm3_s};
   });
   std::vector<FlowPoint> rows;
   std::vector<std::vector<Quantity>> values;
   for (const FlowPoint& point : points) {
     const auto alike = std::ranges::find_if(rows, [&](const FlowPoint& row) {
-      return Same(row.acceleration_mm_s2, point.acceleration_mm_s2) &&
+      return SameLayer(row, point) && Same(row.acceleration_mm_s2, point.acceleration_mm_s2) &&
              Same(row.flow_mm3_s, point.flow_mm3_s);
     });
     const auto index = static_cast<std::size_t>(alike - rows.begin());
@@ -235,14 +242,16 @@ std::vector<FlowPoint> Merged(std::vector<FlowPoint> points) {
   return rows;
 }
 
-// Fits one slope for all groups, each with its own level: value = level(group) + slope · x.
+// Fits one slope for all groups, each of one layer height and with its own level:
+// value = level(group) + slope · x.
 FlowTrend CommonSlope(const std::vector<FlowPoint>& rows,
                       const std::function<double(const FlowPoint&)>& group,
                       const std::function<double(const FlowPoint&)>& x, const char* what) {
   std::vector<std::vector<const FlowPoint*>> groups;
   for (const FlowPoint& row : rows) {
-    const auto found = std::ranges::find_if(
-        groups, [&](const auto& members) { return Same(group(*members.front()), group(row)); });
+    const auto found = std::ranges::find_if(groups, [&](const auto& members) {
+      return SameLayer(*members.front(), row) && Same(group(*members.front()), group(row));
+    });
     if (found == groups.end()) {
       groups.push_back({&row});
     } else {
@@ -288,13 +297,14 @@ FlowTrend CommonSlope(const std::vector<FlowPoint>& rows,
   return trend;
 }
 
-// Returns the rows of the acceleration with the most of them; of several, the highest acceleration.
+// Returns the rows of the acceleration with the most of them at one layer height; of several, the
+// last.
 std::vector<FlowPoint> OfOneAcceleration(const std::vector<FlowPoint>& rows) {
   std::vector<FlowPoint> most;
   for (const FlowPoint& row : rows) {
     std::vector<FlowPoint> alike;
     std::ranges::copy_if(rows, std::back_inserter(alike), [&](const FlowPoint& other) {
-      return Same(other.acceleration_mm_s2, row.acceleration_mm_s2);
+      return SameLayer(other, row) && Same(other.acceleration_mm_s2, row.acceleration_mm_s2);
     });
     if (alike.size() >= most.size()) most = std::move(alike);
   }
@@ -303,9 +313,12 @@ std::vector<FlowPoint> OfOneAcceleration(const std::vector<FlowPoint>& rows) {
 
 void FitLaws(FlowTable& table) {
   std::vector<FlowPoint> rows = table.rows;
-  if (table.over_acceleration.significant) {
+  const bool one_layer =
+      std::ranges::all_of(rows, [&](const FlowPoint& row) { return SameLayer(row, rows.front()); });
+  if (table.over_acceleration.significant || !one_layer) {
     rows = OfOneAcceleration(rows);
     table.laws_acceleration_mm_s2 = rows.front().acceleration_mm_s2;
+    if (!one_layer) table.laws_layer_height_mm = rows.front().layer_height_mm;
   }
   std::vector<AdvanceValue> values;
   for (const FlowPoint& row : rows) {
@@ -323,11 +336,14 @@ Result<FlowTable> MakeFlowTable(std::vector<FlowPoint> points) {
   for (const FlowPoint& point : points) {
     const bool sound = point.flow_mm3_s > 0 && std::isfinite(point.flow_mm3_s) &&
                        point.acceleration_mm_s2 > 0 && std::isfinite(point.acceleration_mm_s2) &&
+                       point.layer_height_mm.value_or(1) > 0 &&
+                       std::isfinite(point.layer_height_mm.value_or(1)) &&
                        point.pressure_advance_s.standard_uncertainty > 0;
     if (!sound) {
       return Fail(fmt::format(
-          "flow {} mm3/s at {} mm/s2 with an uncertainty of {} s: all must be positive numbers",
+          "flow {} mm3/s at {} mm/s2{} with an uncertainty of {} s: all must be positive numbers",
           point.flow_mm3_s, point.acceleration_mm_s2,
+          point.layer_height_mm ? fmt::format(" in layers of {} mm", *point.layer_height_mm) : "",
           point.pressure_advance_s.standard_uncertainty));
     }
   }
@@ -361,6 +377,12 @@ Result<FlowTable> MakeFlowTable(std::vector<FlowPoint> points) {
                     "flow the rows do not compare",
                     slowest.slow_flow_mm3_s, fastest.slow_flow_mm3_s));
   }
+  if (const auto heights_mm = LayerHeights_mm(table.rows); heights_mm.size() > 1) {
+    table.notices.push_back(
+        fmt::format("the layers are {:.3g} mm high: rows of one height alone compare, and the one "
+                    "value is over all of them",
+                    fmt::join(heights_mm, " and ")));
+  }
   for (const FlowPoint& row : table.rows) {
     if (row.flow_mm3_s < 2 * row.slow_flow_mm3_s) {
       table.notices.push_back(fmt::format(
@@ -372,7 +394,25 @@ Result<FlowTable> MakeFlowTable(std::vector<FlowPoint> points) {
   return table;
 }
 
+std::vector<double> LayerHeights_mm(const std::vector<FlowPoint>& rows) {
+  std::vector<double> heights_mm;
+  for (const FlowPoint& row : rows) {
+    const auto same = [&](double height_mm) { return IsOfLayerHeight(row, height_mm); };
+    if (row.layer_height_mm && std::ranges::none_of(heights_mm, same)) {
+      heights_mm.push_back(*row.layer_height_mm);
+    }
+  }
+  std::ranges::sort(heights_mm);
+  return heights_mm;
+}
+
+bool IsOfLayerHeight(const FlowPoint& row, double layer_height_mm) {
+  return row.layer_height_mm && Same(*row.layer_height_mm, layer_height_mm);
+}
+
 std::vector<FlowPoint> AdaptiveRows(const FlowTable& table) {
+  TRAMMEL_CHECK(LayerHeights_mm(table.rows).size() <= 1, "{} layer heights",
+                LayerHeights_mm(table.rows).size());
   std::vector<FlowPoint> kept;
   for (const FlowPoint& row : table.rows) {
     const auto alike = [&](const FlowPoint& other) {

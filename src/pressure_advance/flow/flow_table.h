@@ -51,9 +51,10 @@ struct AdvanceModels {
 
 /// One calibration, or several under the same conditions.
 struct FlowPoint {
-  double flow_mm3_s = 0;          ///< of the fast segment, > 0
-  double slow_flow_mm3_s = 0;     ///< of the slow segments, >= 0
-  double acceleration_mm_s2 = 0;  ///< > 0
+  double flow_mm3_s = 0;                  ///< of the fast segment, > 0
+  double slow_flow_mm3_s = 0;             ///< of the slow segments, >= 0
+  double acceleration_mm_s2 = 0;          ///< > 0
+  std::optional<double> layer_height_mm;  ///< of the lines, > 0; absent: not known
   Quantity pressure_advance_s;
   int count = 1;  ///< number of calibrations
 };
@@ -65,7 +66,8 @@ struct FlowTrend {
 };
 
 struct FlowTable {
-  std::vector<FlowPoint> rows;  ///< by acceleration, then flow; no two under the same conditions
+  /// By layer height, acceleration and flow; no two under the same conditions.
+  std::vector<FlowPoint> rows;
   /// Mean of the rows, for a printer that takes one value. Its uncertainty is the mean of theirs,
   /// as for fully correlated errors; the largest error under single conditions is
   /// `greatest_miss_s`.
@@ -73,21 +75,29 @@ struct FlowTable {
   double greatest_miss_s = 0;  ///< maximum row deviation from `single_s`
   FlowTrend over_flow;
   FlowTrend over_acceleration;
-  /// Models of the value over flow: of all rows, or of one acceleration's if that matters, too.
+  /// Models of the value over flow: of all rows, or of one acceleration's if that or the layer
+  /// height matters, too.
   AdvanceModels laws;
   std::optional<double> laws_acceleration_mm_s2;  ///< that acceleration
+  std::optional<double> laws_layer_height_mm;     ///< that layer height, if rows have several
   std::vector<std::string> notices;
 };
 
 /// Combines points under the same conditions (within 2 %; means weighted by their uncertainties,
 /// which grow if the points scatter more than stated). Fits the value's trend: one slope over flow
 /// for all accelerations, one over the logarithm of acceleration for all flows; and a law of flow
-/// (FitAdvanceModels).
-/// Errors (kInput): no point; a flow or acceleration that is no positive number.
+/// (FitAdvanceModels). Compares only rows of one layer height; a notice names several.
+/// Errors (kInput): no point; a flow, acceleration or layer height that is no positive number.
 [[nodiscard]] Result<FlowTable> MakeFlowTable(std::vector<FlowPoint> points);
 
+/// Returns each known layer height of the rows once, from the least.
+[[nodiscard]] std::vector<double> LayerHeights_mm(const std::vector<FlowPoint>& rows);
+
+/// Tells whether a row's layer height is this one, within what counts as the same conditions.
+[[nodiscard]] bool IsOfLayerHeight(const FlowPoint& row, double layer_height_mm);
+
 /// Returns the rows that OrcaSlicer's adaptive pressure advance accepts: those of accelerations
-/// with at least two flows.
+/// with at least two flows. Its model has no layer height: REQUIRES rows of one.
 [[nodiscard]] std::vector<FlowPoint> AdaptiveRows(const FlowTable& table);
 
 }  // namespace trammel::pressure_advance

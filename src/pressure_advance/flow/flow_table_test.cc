@@ -8,6 +8,7 @@
 #include <limits>
 #include <vector>
 
+#include "base/check.h"
 #include "base/random.h"
 
 namespace trammel::pressure_advance {
@@ -95,7 +96,56 @@ TEST(FlowTable, TrendsAreSeenWhereTheyAreThereAndRarelyWhereNot) {
   }
 }
 
+FlowPoint InLayers(double layer_height_mm, FlowPoint point) {
+  point.layer_height_mm = layer_height_mm;
+  return point;
+}
+
+// The lower layer needs 20 ms more at each flow: mixed, that would look like a change over flow.
+TEST(FlowTable, ComparesNoRowsOfDifferentLayerHeights) {
+  const auto table =
+      MakeFlowTable({InLayers(0.3, Point(9, 3000, 0.040)), InLayers(0.2, Point(6, 3000, 0.060)),
+                     InLayers(0.3, Point(12, 3000, 0.040)), InLayers(0.2, Point(9, 3000, 0.060)),
+                     InLayers(0.201, Point(9, 3000, 0.060))});
+  ASSERT_TRUE(table) << table.error().message;
+  ASSERT_THAT(table->rows, SizeIs(4));
+  EXPECT_EQ(table->rows[0].layer_height_mm, 0.2);
+  EXPECT_EQ(table->rows[1].count, 2);  // 0.2 and 0.201 mm are one height
+  EXPECT_EQ(table->rows[2].layer_height_mm, 0.3);
+  ASSERT_TRUE(table->over_flow.per_unit.good());
+  EXPECT_NEAR(table->over_flow.per_unit.quantity().value, 0, 1e-12);
+  EXPECT_FALSE(table->laws.bends);
+  EXPECT_TRUE(table->laws_layer_height_mm);
+  ASSERT_THAT(table->notices, SizeIs(1));
+  EXPECT_THAT(table->notices[0], HasSubstr("the layers are 0.2 and 0.3 mm high"));
+  EXPECT_THROW((void)AdaptiveRows(*table), Bug);
+  // The same rows without their heights.
+  auto blind = table->rows;
+  for (FlowPoint& row : blind) row.layer_height_mm.reset();
+  const auto mixed = MakeFlowTable(blind);
+  ASSERT_TRUE(mixed);
+  EXPECT_TRUE(mixed->over_flow.significant);
+  EXPECT_THAT(LayerHeights_mm(mixed->rows), IsEmpty());
+}
+
+TEST(FlowTable, OneLayerHeightLeavesTheTableAsItIsWithoutAny) {
+  const std::vector<FlowPoint> points = {Point(5, 2000, 0.050), Point(10, 2000, 0.044)};
+  std::vector<FlowPoint> known;
+  for (const FlowPoint& point : points) known.push_back(InLayers(0.25, point));
+  const auto without = MakeFlowTable(points);
+  const auto with = MakeFlowTable(known);
+  ASSERT_TRUE(without);
+  ASSERT_TRUE(with);
+  EXPECT_EQ(with->over_flow.per_unit.quantity().value,
+            without->over_flow.per_unit.quantity().value);
+  EXPECT_THAT(with->notices, IsEmpty());
+  EXPECT_FALSE(with->laws_layer_height_mm);
+  EXPECT_THAT(AdaptiveRows(*with), SizeIs(2));
+}
+
 TEST(FlowTable, RefusesWhatIsNoNumber) {
+  EXPECT_FALSE(MakeFlowTable({InLayers(0, Point(5, 2000, 0.04))}));
+  EXPECT_FALSE(MakeFlowTable({InLayers(std::nan(""), Point(5, 2000, 0.04))}));
   EXPECT_FALSE(MakeFlowTable({}));
   EXPECT_FALSE(MakeFlowTable({Point(0, 2000, 0.04)}));
   EXPECT_FALSE(MakeFlowTable({Point(5, std::numeric_limits<double>::infinity(), 0.04)}));
