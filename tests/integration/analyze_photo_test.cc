@@ -323,7 +323,7 @@ TEST_F(AnalyzePhoto, TheTutorialsCommandsAnswerAsItShows) {
       printed += run.standard_output;
     }
   }
-  EXPECT_EQ(shown.size(), 4U);
+  EXPECT_EQ(shown.size(), 5U);
   for (const std::string& line : shown) EXPECT_THAT(printed, HasSubstr(line + "\n"));
 }
 
