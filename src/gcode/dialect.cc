@@ -134,7 +134,8 @@ constexpr std::array<FirmwareWords, 5> kFirmwares{{
     // Bambu documents no G-code: these are the commands of Bambu Studio's own files (machine start
     // and end templates, GCodeWriter), whose E is relative. K: Bambu Studio asks for less than 2
     // (CalibUtils, MAX_PA_K_VALUE). The nozzle is heated behind G28, which there refuses a hot one
-    // without T. G29.2 S1 uses the stored bed mesh; M975 S1 switches vibration compensation on.
+    // without T. G29.2 S1 uses the stored bed mesh; M975 S1 switches vibration compensation on. The
+    // profiles exclude the bed's front left 18 x 28 mm, where the head runs against its cutter.
     {.dialect = Dialect::kBambu,
      .name = "bambu",
      .title = "Bambu",
@@ -170,7 +171,8 @@ constexpr std::array<FirmwareWords, 5> kFirmwares{{
      .end_gcode = "M400\n"
                   "M104 S0\n"
                   "M140 S0\n"
-                  "M106 S0\n"},
+                  "M106 S0\n",
+     .cutter_in_corner = true},
 }};
 
 std::vector<std::string> Lines(std::string_view text) {

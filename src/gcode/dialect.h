@@ -34,6 +34,7 @@ struct FirmwareWords {
   std::string_view display;        ///< shows the text behind it; empty: the firmware has no such
   std::string_view start_gcode;    ///< default: heats and homes
   std::string_view end_gcode;      ///< default: switches heaters off
+  bool cutter_in_corner = false;   ///< front left of the bed, where the nozzle must not wait
   bool writes_tool_offsets = false;  ///< the sheet of several tools is written for it
 };
 

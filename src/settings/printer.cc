@@ -52,8 +52,7 @@ constexpr auto kPrinterFields = std::to_array<PrinterField>({
      "Added to the height of the layer; at most half a layer downwards."},
     {kPrinter, "park_x", &P::park_x_mm, "mm", -2000, 2000,
      "Where the nozzle waits when done. Left out: bed_margin from the left edge, or the middle of "
-     "a "
-     "round bed."},
+     "a round bed and of dialect bambu."},
     {kPrinter, "park_y", &P::park_y_mm, "mm", -2000, 2000,
      "Where the nozzle waits when done. Left out: bed_margin from the front edge."},
     {kPrinter, "park_lift", &P::park_lift_mm, "mm", 1, 200,
@@ -119,9 +118,10 @@ double BedReach(const PrinterSettings& printer, double x_mm, double y_mm, double
 }
 
 ParkPosition ParkPositionOf(const PrinterSettings& printer) {
-  const double default_x_mm = printer.bed_origin_x_mm + (printer.bed_shape == BedShape::kRectangle
-                                                             ? printer.bed_margin_mm
-                                                             : printer.bed_size_x_mm / 2);
+  const bool corner = printer.bed_shape == BedShape::kRectangle &&
+                      !gcode::WordsOf(printer.dialect).cutter_in_corner;
+  const double default_x_mm =
+      printer.bed_origin_x_mm + (corner ? printer.bed_margin_mm : printer.bed_size_x_mm / 2);
   return {printer.park_x_mm.value_or(default_x_mm),
           printer.park_y_mm.value_or(printer.bed_origin_y_mm + printer.bed_margin_mm)};
 }

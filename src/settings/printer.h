@@ -40,7 +40,7 @@ struct PrinterSettings {
   double z_hop_mm = 0.75;           ///< [0, 10] above the layer while travelling; paper
   double z_offset_mm = 0;           ///< [-0.5, 2] added to the layer's height
   std::optional<double> park_x_mm;  ///< absent: the front left corner inside the margin …
-  std::optional<double> park_y_mm;  ///< … (rectangle) or the middle of the front edge (ellipse)
+  std::optional<double> park_y_mm;  ///< … or the middle of the front edge (ellipse; cutter there)
   double park_lift_mm = 20;         ///< [1, 200] above the layer when done; paper: Z20
   /// Heats and homes; leaves the filament primed. Default: Klipper's; WordsOf has the others'.
   std::string start_gcode{gcode::WordsOf(gcode::Dialect::kKlipper).start_gcode};

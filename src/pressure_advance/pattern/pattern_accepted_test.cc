@@ -38,9 +38,18 @@ const Accepted kTarget{.numbers = {"S"}};
 
 /// Commands with the same parameters in all five: RS-274's and the first RepRap's.
 AcceptList Common() {
-  return {{"G0", kMove},      {"G1", kMove},      {"G21", {}},         {"G28", {}},
-          {"G90", {}},        {"M104", kTarget},  {"M109", kTarget},   {"M140", kTarget},
-          {"M190", kTarget},  {"M220", kTarget},  {"M221", kTarget},   {"M400", {}},
+  return {{"G0", kMove},
+          {"G1", kMove},
+          {"G21", {}},
+          {"G28", {}},
+          {"G90", {}},
+          {"M104", kTarget},
+          {"M109", kTarget},
+          {"M140", kTarget},
+          {"M190", kTarget},
+          {"M220", kTarget},
+          {"M221", kTarget},
+          {"M400", {}},
           {"G92", {.numbers = {"E"}}}};
 }
 
@@ -247,7 +256,8 @@ TEST(PatternAccepted, EveryLineOfEveryFileIsACommandOfItsFirmware) {
       }
     });
     EXPECT_EQ(files, 288) << words.name;
-    for (const std::string& objection : objections) ADD_FAILURE() << words.name << ": " << objection;
+    for (const std::string& objection : objections)
+      ADD_FAILURE() << words.name << ": " << objection;
   }
 }
 
@@ -290,6 +300,18 @@ TEST(PatternAccepted, NothingHeatsButToAStatedTemperatureAndAllIsOffAtTheEnd) {
       EXPECT_TRUE(!extrudes || waited_nozzle) << words.name << ": " << text;
     }
     EXPECT_EQ(target, (std::map<std::string, double>{{"nozzle", 0}, {"bed", 0}})) << words.name;
+  }
+}
+
+// Bambu's profiles exclude the bed's front left 18 x 28 mm: the head would press its cutter.
+TEST(PatternAccepted, NoMoveOfABambuEntersTheCornerOfItsCutter) {
+  for (const std::string& text :
+       LinesOf(WriteGcode(LayOut(ConfigFor(Dialect::kBambu)), ConfigFor(Dialect::kBambu)))) {
+    const Line line = Split(text);
+    if (line.command != "G0" && line.command != "G1") continue;
+    for (const Parameter& parameter : line.parameters) {
+      if (parameter.name == "X") EXPECT_GT(NumberOf(parameter.value).value(), 18) << text;
+    }
   }
 }
 
