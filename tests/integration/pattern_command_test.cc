@@ -97,10 +97,7 @@ TEST(PatternCommand, EndsWithOneAndNoFileOnEveryMistake) {
            Mistake{"--set columns=0", "columns: 0 is outside 1 ... 100"},
            Mistake{"--set dialect=grbl",
                    "must be \"klipper\", \"marlin\", \"reprapfirmware\", \"prusa\" or \"bambu\""},
-           Mistake{"--dialect marlin --set pressure_advance_end=60",
-                   "60 s is above 10 s, the most that Marlin accepts; a K of some 30 to 130 is of "
-                   "LIN_ADVANCE 1.0"},
-           Mistake{"--pa 30:130:11", "a K of some 30 to 130 is of Marlin's LIN_ADVANCE 1.0"},
+           Mistake{"--pa 30:130:10", "a K of some 30 to 130 is of Marlin's LIN_ADVANCE 1.0"},
            Mistake{"--dialect bambu --pa 0,2",
                    "pressure_advances: 2 s is above 1.99999 s, the most that Bambu accepts"},
            Mistake{"--set nozzle_temperature=20", "20 °C is outside 170 ... 500 °C"},

@@ -41,16 +41,11 @@ Problem CheckFirmwareRange(const PatternConfig& config) {
   const gcode::FirmwareWords& words = gcode::WordsOf(config.dialect);
   const auto check = [&](const char* section, const char* key, double value_s) -> Problem {
     if (!(value_s > words.max_advance_s)) return std::nullopt;
-    const bool marlin = config.dialect == gcode::Dialect::kMarlin;
     return InSection(
         section, key,
-        fmt::format("{} s is above {} s, the most that {} accepts{}", value_s,
+        fmt::format("{} s is above {} s, the most that {} accepts", value_s,
                     gcode::FormatNumber(words.max_advance_s, gcode::kPressureAdvanceDecimals),
-                    words.title,
-                    // https://marlinfw.org/docs/features/lin_advance.html
-                    marlin ? "; a K of some 30 to 130 is of LIN_ADVANCE 1.0 (Marlin 1.1.8 and "
-                             "older) and no time: update the firmware and give seconds"
-                           : ""));
+                    words.title));
   };
   constexpr const char* kPattern = "pressure_advance_pattern";
   for (const double value_s : config.pressure_advances_s) {
