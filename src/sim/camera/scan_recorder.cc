@@ -46,7 +46,8 @@ Bed Turned(const Bed& bed) {
   Bed turned = bed;
   for (Strand& strand : turned.strands) {
     for (BeadSample& sample : strand.samples) {
-      sample = {sample.y_mm, -sample.x_mm, sample.area_mm2, sample.width_mm, sample.height_mm};
+      sample = {sample.y_mm,     -sample.x_mm,     sample.area_mm2,
+                sample.width_mm, sample.height_mm, sample.base_mm};
     }
   }
   return turned;

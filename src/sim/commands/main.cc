@@ -11,6 +11,7 @@ void AddCommands(CLI::App& program, int& exit_code, const std::vector<std::strin
   using namespace trammel::app;
   AddSimScan(program, exit_code);
   AddSimPhoto(program, exit_code);
+  AddSimPattern(program, exit_code);
   AddSimPrinter(program, exit_code);
 #ifdef TRAMMEL_TOOL_OFFSET
   AddSimSheet(program, exit_code);

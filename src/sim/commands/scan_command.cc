@@ -6,6 +6,7 @@
 #include <cstdio>
 #include <filesystem>
 #include <memory>
+#include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
 #include <vector>
@@ -13,6 +14,7 @@
 #include "app/commands.h"
 #include "app/option_values.h"
 #include "app/slow_work.h"
+#include "files/new_file.h"
 #include "files/whole_file.h"
 #include "sim/camera/scan_recorder.h"
 #include "sim/commands/commands.h"
@@ -141,8 +143,41 @@ struct PhotoArguments {
   std::string size = "1080x1920";
   std::uint64_t seed = 0;
   std::optional<double> pressure_advance_s;
+  std::optional<double> exponent;
+  bool phone = false;
+  std::vector<std::string> settings;
+  std::string truth;
   std::string out;
 };
+
+Result<sim::PhotoTraits> TraitsOf(const PhotoArguments& arguments, const sim::PhotoScene& scene,
+                                  const Size& size, Random& random) {
+  sim::PhotoTraits traits =
+      arguments.phone ? sim::DrawPhonePhoto(scene, size.width_px, size.height_px, {}, random)
+                      : sim::DrawPhotoTraits(scene, random);
+  traits.width_px = size.width_px;
+  traits.height_px = size.height_px;
+  for (const std::string& text : arguments.settings) {
+    if (!TRY(sim::SetNamed(sim::kPhotoNumbers, TRY(sim::ParseNamedValue("--set", text)), traits))) {
+      return sim::NoSuchName("--set", text, sim::NamesOf(sim::kPhotoNumbers));
+    }
+  }
+  return traits;
+}
+
+Result<void> WritePhotoTruth(const PhotoArguments& arguments, const sim::Print& print) {
+  nlohmann::json truth = {{"format", 1},
+                          {"kind", "photo_truth"},
+                          {"pressure_advance_s", print.truth.pressure_advance_s},
+                          {"tangent_s", print.truth.tangent_s},
+                          {"corner_s", nullptr},
+                          {"seed", arguments.seed},
+                          {"scene", arguments.scene}};
+  if (print.truth.corner_s) truth["corner_s"] = *print.truth.corner_s;
+  return files::WriteWholeFile(
+      arguments.truth, truth.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n",
+      files::IfThere::kRefuse);
+}
 
 Result<void> TakePhoto(const PhotoArguments& arguments) {
   const Result<sim::PhotoScene> scene = sim::ParsePhotoScene(arguments.scene);
@@ -156,15 +191,14 @@ Result<void> TakePhoto(const PhotoArguments& arguments) {
   const std::string gcode = TRY(files::ReadWholeFile(arguments.gcode, kLargestGcode));
   const SlowWork work("printing and taking the photo");
   const Result<sim::Print> print =
-      sim::PrintInWorld(gcode, arguments.seed, arguments.pressure_advance_s);
+      sim::PrintInWorld(gcode, arguments.seed, arguments.pressure_advance_s, arguments.exponent);
   if (!print) return Fail(arguments.gcode + ": " + print.error().message);
   for (const std::string& note : print->notes) fmt::print(stderr, "note: {}\n", note);
   Random random = sim::PhotoRandom(arguments.seed);
-  sim::PhotoTraits traits = sim::DrawPhotoTraits(*scene, random);
-  traits.width_px = size.width_px;
-  traits.height_px = size.height_px;
+  const sim::PhotoTraits traits = TRY(TraitsOf(arguments, *scene, size, random));
   const Frame photo = TRY(sim::RenderPhoto(print->bed, traits, random.Fork(1)));
   TRY(sim::WriteJpegFile(photo, traits.jpeg_quality, arguments.out));
+  if (!arguments.truth.empty()) TRY(WritePhotoTruth(arguments, *print));
   fmt::print("{}: the truth is {:.5f} s\n", arguments.out, print->truth.pressure_advance_s);
   return {};
 }
@@ -178,12 +212,22 @@ void AddSimPhoto(CLI::App& parent, int& exit_code) {
       ->required();
   photo
       ->add_option("--scene", arguments->scene,
-                   "natural-on-gold, natural-on-dark or black-on-light")
+                   "FILAMENT-on-PLATE or matte-FILAMENT-on-PLATE: natural, black, white, orange, "
+                   "blue or grey; gold, dark, light, smooth-gold, glass or magnetic")
       ->capture_default_str();
   photo->add_option("--size", arguments->size, "of the photo, px")->capture_default_str();
   AddSeed(*photo, arguments->seed);
   photo->add_option("--pressure-advance", arguments->pressure_advance_s,
                     "the truth in s; without it, the seed's, as for trammel-sim printer");
+  photo->add_option("--exponent", arguments->exponent,
+                    "of the storage law, 0.2 ... 1; 1: the lag is the same at every flow; without "
+                    "it, the seed's law");
+  photo->add_flag("--phone", arguments->phone,
+                  "a phone over the whole print, in place of a camera close to a small pattern");
+  photo->add_option("--set", arguments->settings,
+                    "NAME=NUMBER, one of the photo's traits, may be given again; names: " +
+                        sim::NamesOf(sim::kPhotoNumbers));
+  photo->add_option("--truth", arguments->truth, "new JSON file for the truth");
   photo->add_option("-o,--out", arguments->out, "new JPEG file")->required();
   photo->callback([arguments, &exit_code] {
     const Result<void> done = TakePhoto(*arguments);

@@ -20,8 +20,9 @@ namespace {
 
 using Bgr = std::array<double, 3>;  // relative to full scale
 
-constexpr int kSamples = 2;      // per pixel, each way
-constexpr double kMarginMm = 2;  // relief around the print, for shadows
+constexpr int kSamples = 2;           // per pixel, each way
+constexpr double kLargePixels = 4e6;  // from there on bare plate needs one sample a pixel
+constexpr double kMarginMm = 2;       // relief around the print, for shadows
 constexpr double kFinestCellMm = 0.025;
 constexpr double kMaxCells = 20e6;
 constexpr double kBlockMm = 1;  // resolution at which bare plate is told apart quickly
@@ -36,16 +37,54 @@ struct Materials {
   double gloss = 0;
 };
 
-Materials MaterialsOf(PhotoScene scene) {
-  switch (scene) {
-    case PhotoScene::kNaturalOnGold:
-      return {{0.24, 0.38, 0.44}, 0.36, {0.86, 0.82, 0.78}, 0.09, 0.35};
-    case PhotoScene::kNaturalOnDark:
-      return {{0.15, 0.16, 0.16}, 0.45, {0.82, 0.80, 0.78}, 0.09, 0.35};
-    case PhotoScene::kBlackOnLight:
-      return {{0.72, 0.76, 0.78}, 0.05, {0.07, 0.07, 0.07}, 0.01, 0.25};
+struct PlateLook {
+  Bgr colour;
+  double relief = 0;
+  Bgr natural;  // translucent filament, in the light that comes back from the plate
+};
+
+PlateLook LookOf(PhotoPlate plate) {
+  switch (plate) {
+    case PhotoPlate::kGold:
+      return {{0.24, 0.38, 0.44}, 0.36, {0.86, 0.82, 0.78}};
+    case PhotoPlate::kDark:
+      return {{0.15, 0.16, 0.16}, 0.45, {0.82, 0.80, 0.78}};
+    case PhotoPlate::kLight:
+      return {{0.72, 0.76, 0.78}, 0.05, {0.86, 0.86, 0.84}};
+    case PhotoPlate::kSmoothGold:
+      return {{0.30, 0.50, 0.58}, 0.06, {0.84, 0.84, 0.82}};
+    case PhotoPlate::kGlass:
+      return {{0.34, 0.38, 0.36}, 0.02, {0.84, 0.84, 0.82}};
+    case PhotoPlate::kMagnetic:
+      return {{0.08, 0.08, 0.08}, 0.15, {0.80, 0.80, 0.78}};
   }
   return {};
+}
+
+Materials MaterialsOf(const PhotoScene& scene) {
+  const PlateLook look = LookOf(scene.plate);
+  Materials materials{look.colour, look.relief, look.natural, 0.09, 0.35};
+  switch (scene.filament) {
+    case PhotoFilament::kNatural:
+      break;
+    case PhotoFilament::kBlack:
+      materials = {look.colour, look.relief, {0.07, 0.07, 0.07}, 0.01, 0.25};
+      break;
+    case PhotoFilament::kWhite:
+      materials = {look.colour, look.relief, {0.88, 0.89, 0.88}, 0.03, 0.3};
+      break;
+    case PhotoFilament::kOrange:
+      materials = {look.colour, look.relief, {0.10, 0.38, 0.86}, 0.03, 0.3};
+      break;
+    case PhotoFilament::kBlue:
+      materials = {look.colour, look.relief, {0.55, 0.24, 0.07}, 0.02, 0.3};
+      break;
+    case PhotoFilament::kGrey:
+      materials = {look.colour, look.relief, {0.42, 0.41, 0.40}, 0.02, 0.3};
+      break;
+  }
+  if (scene.matte) materials.gloss *= 0.1;
+  return materials;
 }
 
 class Scene {
@@ -62,6 +101,9 @@ class Scene {
                            print.max_x_mm + kMarginMm, print.max_y_mm + kMarginMm};
     const double area = (region.max_x_mm - region.min_x_mm) * (region.max_y_mm - region.min_y_mm);
     relief_ = RasterizeBed(bed, region, std::max(kFinestCellMm, std::sqrt(area / kMaxCells)));
+    for (const Strand& strand : bed.strands) {
+      layered_ = layered_ || (!strand.samples.empty() && strand.samples.front().base_mm > 0);
+    }
     MarkBlocks();
     light_ = {std::cos(traits.light_elevation_rad) * std::cos(traits.light_azimuth_rad),
               std::cos(traits.light_elevation_rad) * std::sin(traits.light_azimuth_rad),
@@ -75,7 +117,9 @@ class Scene {
     double x = optics.x + ray.x * optics.z;
     double y = optics.y + ray.y * optics.z;
     Bgr colour;
-    if (!(x >= 0 && y >= 0 && x <= bed_x_mm_ && y <= bed_y_mm_)) {
+    if (OnFinger(x_px, y_px)) {
+      colour = {0.42, 0.52, 0.72};
+    } else if (!(x >= 0 && y >= 0 && x <= bed_x_mm_ && y <= bed_y_mm_)) {
       colour = {0.02, 0.02, 0.02};  // beyond the plate
     } else if (!Near(x, y)) {
       colour = PlateAt(x, y, x_px, y_px, 1);
@@ -87,6 +131,13 @@ class Scene {
     const double light = Illumination(x_px, y_px);
     for (double& value : colour) value *= light;
     return colour;
+  }
+
+  /// True if no filament is near where the pixel's ray meets the plate.
+  [[nodiscard]] bool Bare(double x_px, double y_px) const {
+    const Vector3 ray = camera_.Ray(x_px, y_px);
+    const Vector3& optics = camera_.position();
+    return !Near(optics.x + ray.x * optics.z, optics.y + ray.y * optics.z);
   }
 
  private:
@@ -139,13 +190,16 @@ class Scene {
     return z;
   }
 
-  // Returns 1 in the light, less where a bead is between plate and lamp.
-  [[nodiscard]] double ShadowAt(double x, double y) const {
+  // Returns 1 in the light, less where a bead is between the lamp and a point above the plate.
+  [[nodiscard]] double ShadowAt(double x, double y, double from_mm = 0) const {
+    constexpr double kClearMm = 0.03;  // a surface does not hide itself
+    const int steps = layered_ ? 14 : 5;
+    const double lowest = from_mm > 0 ? from_mm + kClearMm : 0;
     double deepest = 0;
-    for (int i = 1; i <= 5; ++i) {
-      const double z = top_mm_ * (i - 0.5) / 5;
-      const double towards_x = x + light_.x / light_.z * z;
-      const double towards_y = y + light_.y / light_.z * z;
+    for (int i = 1; i <= steps; ++i) {
+      const double z = lowest + (top_mm_ - lowest) * (i - 0.5) / steps;
+      const double towards_x = x + light_.x / light_.z * (z - from_mm);
+      const double towards_y = y + light_.y / light_.z * (z - from_mm);
       if (!relief_.CoveredAt(towards_x, towards_y)) continue;
       deepest = std::max(deepest, relief_.HeightAt(towards_x, towards_y) - z);
     }
@@ -198,6 +252,7 @@ class Scene {
 
     const double height = relief_.HeightAt(x, y);
     const double cover = 1 - std::exp(-std::max(height, z) / materials_.depth_mm);
+    const double lit = layered_ && z < top_mm_ - 0.05 ? ShadowAt(x, y, z) : 1;
     const Bgr below = PlateAt(x, y, x_px, y_px, 0.8);
     const double grain =
         1 + 0.025 * static_cast<double>(glints_.At(static_cast<int>(x / kTextureCellMm),
@@ -209,7 +264,7 @@ class Scene {
       for (const Reflection& patch : traits_.reflections) {
         own += 0.25 * patch.sheen * patch.bgr[i] * Fade(patch, x_px, y_px);
       }
-      colour[i] = cover * own + (1 - cover) * below[i];
+      colour[i] = cover * own * lit + (1 - cover) * below[i];
     }
     return colour;
   }
@@ -226,7 +281,27 @@ class Scene {
     const double slope =
         x * std::cos(traits_.unevenness_azimuth_rad) + y * std::sin(traits_.unevenness_azimuth_rad);
     const double corner = 1 - traits_.vignetting * (x * x + y * y) / 2;
-    return traits_.exposure * corner * std::max(0.1, 1 + 0.7 * traits_.unevenness * slope);
+    double light = traits_.exposure * corner * std::max(0.1, 1 + 0.7 * traits_.unevenness * slope);
+    if (traits_.shadow > 0) {
+      const double u = (x_px - 0.5 * traits_.width_px) / traits_.height_px;
+      const double v = (y_px - 0.5 * traits_.height_px) / traits_.height_px;
+      const double past = u * std::cos(traits_.shadow_azimuth_rad) +
+                          v * std::sin(traits_.shadow_azimuth_rad) - traits_.shadow_offset;
+      light *= 1 - traits_.shadow * std::clamp(past / traits_.shadow_softness + 0.5, 0.0, 1.0);
+    }
+    return light;
+  }
+
+  [[nodiscard]] bool OnFinger(double x_px, double y_px) const {
+    for (const PhotoFinger& finger : traits_.fingers) {
+      const double x = (x_px - 0.5 * traits_.width_px) / traits_.height_px - finger.x;
+      const double y = (y_px - 0.5 * traits_.height_px) / traits_.height_px - finger.y;
+      const double c = std::cos(finger.azimuth_rad);
+      const double s = std::sin(finger.azimuth_rad);
+      const double along = std::clamp(x * c + y * s, 0.0, finger.length);
+      if (std::hypot(x - along * c, y - along * s) < finger.radius) return true;
+    }
+    return false;
   }
 
   const PhotoTraits& traits_;
@@ -238,6 +313,7 @@ class Scene {
   Tile glints_;
   Relief relief_;
   double top_mm_ = 0;
+  bool layered_ = false;
   Vector3 light_;
   int block_columns_ = 0;
   int block_rows_ = 0;
@@ -302,24 +378,26 @@ Result<Frame> RenderPhoto(const Bed& bed, const PhotoTraits& traits, Random rand
   }
   const BedRegion print = TRY(PrintedRegion(bed));
   const Scene scene(bed, print, traits, random);
+  const bool large = static_cast<double>(pixels) > kLargePixels;
   cv::Mat light(traits.height_px, traits.width_px, CV_32FC3);
   for (int y = 0; y < traits.height_px; ++y) {
     auto* out = light.ptr<float>(y);
     for (int x = 0; x < traits.width_px; ++x) {
+      const int samples = large && scene.Bare(x, y) ? 1 : kSamples;
       Bgr sum{};
-      for (int i = 0; i < kSamples * kSamples; ++i) {
-        const double dx = (i % kSamples + 0.5) / kSamples - 0.5;
-        const double dy = (i / kSamples + 0.5) / kSamples - 0.5;
+      for (int i = 0; i < samples * samples; ++i) {
+        const double dx = (i % samples + 0.5) / samples - 0.5;
+        const double dy = (i / samples + 0.5) / samples - 0.5;
         const Bgr seen = scene.See(x + dx, y + dy);
         for (std::size_t k = 0; k < 3; ++k) sum[k] += std::min(seen[k], 1.5);
       }
       for (std::size_t k = 0; k < 3; ++k) {
-        out[3 * static_cast<std::size_t>(x) + k] =
-            static_cast<float>(sum[k] / (kSamples * kSamples));
+        out[3 * static_cast<std::size_t>(x) + k] = static_cast<float>(sum[k] / (samples * samples));
       }
     }
   }
   Frame frame(traits.width_px, traits.height_px);
+  if (traits.mirrored) cv::flip(light, light, 1);
   Develop(traits, random, light, frame);
   return frame;
 }

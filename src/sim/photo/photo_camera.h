@@ -2,20 +2,38 @@
 #pragma once
 
 #include <array>
+#include <numbers>
+#include <string>
 #include <string_view>
 #include <vector>
 
 #include "base/random.h"
 #include "base/result.h"
+#include "sim/print/named_number.h"
 #include "sim/print/surface.h"
 
 namespace trammel::sim {
 
-/// Filament and plate of the print. Natural: translucent, whitish.
-enum class PhotoScene { kNaturalOnGold, kNaturalOnDark, kBlackOnLight };
+inline constexpr double kRadiansPerDegree = std::numbers::pi / 180;
 
-/// "natural-on-gold", "natural-on-dark" or "black-on-light". Error (kInput): another name.
+/// Natural: translucent, whitish.
+enum class PhotoFilament { kNatural, kBlack, kWhite, kOrange, kBlue, kGrey };
+
+/// Gold and dark: textured PEI, but for smooth gold. Magnetic: black, fine grain.
+enum class PhotoPlate { kGold, kDark, kLight, kSmoothGold, kGlass, kMagnetic };
+
+/// Filament and plate of the print.
+struct PhotoScene {
+  PhotoFilament filament = PhotoFilament::kNatural;
+  PhotoPlate plate = PhotoPlate::kGold;
+  bool matte = false;  ///< filament without gloss
+};
+
+/// Parses FILAMENT-on-PLATE or matte-FILAMENT-on-PLATE, for example "natural-on-gold" or
+/// "matte-white-on-magnetic". Filaments: natural, black, white, orange, blue, grey; plates: gold,
+/// dark, light, smooth-gold, glass, magnetic. Error (kInput): another name.
 [[nodiscard]] Result<PhotoScene> ParsePhotoScene(std::string_view name);
+[[nodiscard]] std::string ToString(const PhotoScene& scene);
 
 /// Reflection of one lamp from the plate towards the camera, with a Gaussian falloff. Positions and
 /// radii are shares of the picture's height, from its centre.
@@ -28,9 +46,19 @@ struct Reflection {
   std::array<double, 3> bgr = {1, 1, 1};
 };
 
+/// Finger at the picture's edge: a capsule. Positions and sizes are shares of the picture's height,
+/// from its centre.
+struct PhotoFinger {
+  double x = 0;  ///< tip
+  double y = 0;
+  double azimuth_rad = 0;  ///< from the tip to the hand, from +x towards +y (down)
+  double length = 0.5;
+  double radius = 0.05;
+};
+
 /// The defaults are an ideal camera straight above, in even light, without noise.
 struct PhotoTraits {
-  PhotoScene scene = PhotoScene::kNaturalOnGold;
+  PhotoScene scene;
   int width_px = 1080;   ///< 64 … 20000
   int height_px = 1920;  ///< 64 … 20000, at most 100 million pixels in all
 
@@ -50,15 +78,72 @@ struct PhotoTraits {
   double vignetting = 0;              ///< loss of light in the corners, 0 … 0.9
   double exposure = 1;                ///< 0.2 … 3
   std::vector<Reflection> reflections;
+  /// Shadow of the photographer: a soft edge, towards its azimuth all is darker by `shadow`.
+  double shadow = 0;         ///< share of the light, 0 … 0.9
+  double shadow_offset = 0;  ///< edge from the picture's centre, in picture heights
+  double shadow_azimuth_rad = 0;
+  double shadow_softness = 0.05;  ///< width of the edge, in picture heights, 0.001 … 1
+  std::vector<PhotoFinger> fingers;
 
   double blur_sigma_px = 0.5;  ///< lens blur, 0 … 10
   double sharpening = 0;       ///< overshoot by the camera's own processing, 0 … 2
   double noise = 0;            ///< 1 sigma of 255 in middle grey, 0 … 30
   int jpeg_quality = 95;       ///< 1 … 100
+  bool mirrored = false;       ///< left and right exchanged, as by a selfie camera
 };
 
+/// Photo traits that options set by name.
+inline constexpr NamedNumber<PhotoTraits> kPhotoNumbers[] = {
+    {"fill", [](double v, PhotoTraits& t) { t.fill = v; }, 0.1, 1.2},
+    {"tilt-deg", [](double v, PhotoTraits& t) { t.tilt_rad = v * kRadiansPerDegree; }, 0, 45},
+    {"tilt-towards-deg",
+     [](double v, PhotoTraits& t) { t.tilt_towards_rad = v * kRadiansPerDegree; }, -360, 360},
+    {"roll-deg", [](double v, PhotoTraits& t) { t.roll_rad = v * kRadiansPerDegree; }, -360, 360},
+    {"offset-x", [](double v, PhotoTraits& t) { t.offset_x = v; }, -2, 2},
+    {"offset-y", [](double v, PhotoTraits& t) { t.offset_y = v; }, -2, 2},
+    {"focal-heights", [](double v, PhotoTraits& t) { t.focal_heights = v; }, 0.3, 5},
+    {"distortion", [](double v, PhotoTraits& t) { t.distortion = v; }, -0.2, 0.2},
+    {"light-azimuth-deg",
+     [](double v, PhotoTraits& t) { t.light_azimuth_rad = v * kRadiansPerDegree; }, -360, 360},
+    {"light-elevation-deg",
+     [](double v, PhotoTraits& t) { t.light_elevation_rad = v * kRadiansPerDegree; }, 12, 85},
+    {"unevenness", [](double v, PhotoTraits& t) { t.unevenness = v; }, 0, 0.9},
+    {"vignetting", [](double v, PhotoTraits& t) { t.vignetting = v; }, 0, 0.9},
+    {"exposure", [](double v, PhotoTraits& t) { t.exposure = v; }, 0.2, 3},
+    {"reflections",
+     [](double v, PhotoTraits& t) {
+       if (v == 0) t.reflections.clear();
+     },
+     0, 0},
+    {"shadow", [](double v, PhotoTraits& t) { t.shadow = v; }, 0, 0.9},
+    {"blur-px", [](double v, PhotoTraits& t) { t.blur_sigma_px = v; }, 0, 10},
+    {"sharpening", [](double v, PhotoTraits& t) { t.sharpening = v; }, 0, 2},
+    {"noise", [](double v, PhotoTraits& t) { t.noise = v; }, 0, 30},
+    {"jpeg-quality", [](double v, PhotoTraits& t) { t.jpeg_quality = static_cast<int>(v); }, 1,
+     100},
+    {"mirrored", [](double v, PhotoTraits& t) { t.mirrored = v != 0; }, 0, 1}};
+
 /// Draws a realistic photo: handheld tilt and roll, uneven light, reflections.
-[[nodiscard]] PhotoTraits DrawPhotoTraits(PhotoScene scene, Random& random);
+[[nodiscard]] PhotoTraits DrawPhotoTraits(const PhotoScene& scene, Random& random);
+
+/// Draws a filament on a plate that it can be seen on.
+[[nodiscard]] PhotoScene DrawPhotoScene(Random& random);
+
+/// How far a photo may be from the ideal one.
+struct PhotoDistortion {
+  double most_roll_rad = 0.15;  ///< 0 … pi
+  double most_tilt_rad = 0.3;   ///< 0 … 0.6; 0.3 is about 20 % of perspective
+  double crop_odds = 0;         ///< that part of the print is cut off, 0 … 1
+  double mirror_odds = 0;       ///< 0 … 1
+  double hand_odds = 0;         ///< 0 … 1
+  double shadow_odds = 0.3;     ///< 0 … 1
+  double sharpness = 1;  ///< factor of blur and noise: 0.3 a tripod in daylight, 3 a bad phone
+};
+
+/// Draws a photo by a phone: position, light and image quality within the distortion's limits.
+/// REQUIRES all fields within their ranges.
+[[nodiscard]] PhotoTraits DrawPhonePhoto(const PhotoScene& scene, int width_px, int height_px,
+                                         const PhotoDistortion& distortion, Random& random);
 
 struct Vector3 {
   double x = 0;

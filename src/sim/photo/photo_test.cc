@@ -16,7 +16,7 @@ namespace {
 
 PhotoTraits SmallPhoto() {
   PhotoTraits traits;
-  traits.scene = PhotoScene::kBlackOnLight;
+  traits.scene = {PhotoFilament::kBlack, PhotoPlate::kLight};
   traits.width_px = 300;
   traits.height_px = 400;
   return traits;
@@ -53,7 +53,8 @@ std::pair<double, double> DarkEdges(const Frame& frame, int column, double near_
 TEST(PhotoCamera, RayAndProjectionAreInverse) {
   Random random(3);
   for (int i = 0; i < 50; ++i) {
-    const PhotoTraits traits = DrawPhotoTraits(PhotoScene::kNaturalOnDark, random);
+    const PhotoTraits traits =
+        DrawPhotoTraits({PhotoFilament::kNatural, PhotoPlate::kDark}, random);
     const PhotoCamera camera(traits, {100, 80, 130, 140});
     const double x = random.Uniform(0, traits.width_px);
     const double y = random.Uniform(0, traits.height_px);
@@ -104,7 +105,7 @@ TEST(Photo, BeadEdgesLieWhereTheCameraProjectsThem) {
 TEST(Photo, EqualSeedsGiveEqualPicturesAndOthersDiffer) {
   const auto render = [](std::uint64_t seed) {
     Random random(seed);
-    PhotoTraits traits = DrawPhotoTraits(PhotoScene::kNaturalOnGold, random);
+    PhotoTraits traits = DrawPhotoTraits({}, random);
     traits.width_px = 120;
     traits.height_px = 200;
     return RenderPhoto(ThreeBeads(), traits, random)->bgr;

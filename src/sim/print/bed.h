@@ -1,6 +1,7 @@
 // Print on the bed of a virtual printer. The renderers see this and nothing else of the print.
 #pragma once
 
+#include <optional>
 #include <vector>
 
 namespace trammel::sim {
@@ -11,7 +12,8 @@ struct BeadSample {
   double y_mm = 0;
   double area_mm2 = 0;   ///< 0 where the filament broke
   double width_mm = 0;   ///< at the plate; 0: broken
-  double height_mm = 0;  ///< top above the plate
+  double height_mm = 0;  ///< top above what it rests on
+  double base_mm = 0;    ///< what it rests on, above the plate: 0, or the layer below
 };
 
 /// Continuous movement of the nozzle with filament: samples in print order, at most 0.05 mm apart.
@@ -27,7 +29,15 @@ struct Bed {
 
 /// Truth of one virtual print, stored beside its recordings and never read by the analysis.
 struct PrintTruth {
-  double pressure_advance_s = 0;  ///< K*: the PA that stores just what the speed change needs
+  /// K*: the PA that stores just what the change of flow needs: the secant of the storage law
+  /// between the slow and the fast flow.
+  double pressure_advance_s = 0;
+  /// Slope of the storage law at the fast flow: what a short dip from that flow needs. Equal to K*
+  /// where the lag is linear, below it where the lag thins.
+  double tangent_s = 0;
+  /// Prints with sharp corners: the pressure advance that lays the commanded filament around them
+  /// (print/corner_truth.h).
+  std::optional<double> corner_s;
 };
 
 }  // namespace trammel::sim

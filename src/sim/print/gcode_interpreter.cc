@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <numbers>
 #include <optional>
 #include <utility>
 
@@ -18,6 +19,7 @@ constexpr Bound kFeedMmMin{1e-3, 6e6};
 constexpr Bound kVelocityMmS{1e-3, 1e5};
 constexpr Bound kAccelerationMmS2{1, 1e6};
 constexpr Bound kCornerMmS{0, 1e3};
+constexpr Bound kCornerMmMin{0, 6e4};
 constexpr Bound kRatio{0, 0.999};
 constexpr Bound kPressureAdvanceS{0, 10};
 constexpr Bound kSmoothTimeS{0, 0.2};
@@ -60,6 +62,7 @@ class Interpreter {
   Result<void> SetOffset(const Command& command);
   Result<void> SetAcceleration(const Command& command);
   Result<void> SetVelocityLimit(const Command& command);
+  Result<void> SetJerk(const Command& command);
   Result<void> SetPressureAdvance(const Command& command);
   Result<void> SetTemperature(const Command& command);
   Result<void> SaveState(const Command& command);
@@ -189,6 +192,16 @@ Result<void> Interpreter::SetVelocityLimit(const Command& command) {
   return {};
 }
 
+// Marlin's classic jerk bounds each axis' sudden change of speed; where an axis reverses, the
+// larger of its two speeds. Arms at +-45 degrees to the axes turn at sqrt 2 times the jerk by that
+// rule, and so do here all right angles. RepRapFirmware's M566 is the same in mm/min.
+Result<void> Interpreter::SetJerk(const Command& command) {
+  const bool per_minute = command.name == "M566";
+  TRY(Read(command, "X", per_minute ? kCornerMmMin : kCornerMmS, next_.corner_velocity_mm_s,
+           std::numbers::sqrt2 / (per_minute ? 60 : 1)));
+  return {};
+}
+
 // Klipper's SET_PRESSURE_ADVANCE ADVANCE; Marlin's and Bambu's M900 K, and M572 S of RepRapFirmware
 // and Prusa, do not smooth here.
 Result<void> Interpreter::SetPressureAdvance(const Command& command) {
@@ -263,6 +276,8 @@ const std::map<std::string, Interpreter::Handler>& Interpreter::Handlers() {
       {"SET_GCODE_OFFSET", &I::SetOffset},
       {"SET_VELOCITY_LIMIT", &I::SetVelocityLimit},
       {"M204", &I::SetAcceleration},
+      {"M205", &I::SetJerk},
+      {"M566", &I::SetJerk},
       {"SET_PRESSURE_ADVANCE", &I::SetPressureAdvance},
       {"M900", &I::SetPressureAdvance},
       {"M572", &I::SetPressureAdvance},

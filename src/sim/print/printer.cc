@@ -4,16 +4,21 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <map>
 #include <numbers>
+#include <optional>
 #include <span>
 #include <utility>
 
 #include "base/measured.h"
 #include "base/statistics.h"
 #include "sim/print/bead.h"
+#include "sim/print/corner_truth.h"
 #include "sim/print/extruder.h"
 #include "sim/print/gcode_interpreter.h"
+#include "sim/print/laid_beads.h"
+#include "sim/print/layered_beads.h"
 #include "sim/print/planner.h"
 
 namespace trammel::sim {
@@ -127,18 +132,30 @@ double GapAt(const Position& nozzle, const PrinterTraits& traits) {
   return std::max(kMinGapMm, nozzle.z_mm - plate_mm);
 }
 
-Strand LayStrand(std::span<const TimedMove> plan, const Stroke& stroke,
-                 const StrokeDeposit& deposit, const PrinterTraits& traits, Random& random) {
+// Follows the nozzle over the plate.
+StrandPath PathOverPlate(std::span<const TimedMove> plan, const Stroke& stroke,
+                         const StrokeDeposit& deposit, const PrinterTraits& traits) {
+  const std::size_t count = deposit.filament_mm.size();
+  StrokePath walker(plan, stroke);
+  StrandPath path;
+  path.base_mm.assign(count, 0);
+  for (std::size_t i = 0; i < count; ++i) {
+    path.nozzle.push_back(walker.At(static_cast<double>(i) * deposit.spacing_mm));
+    path.gap_mm.push_back(GapAt(path.nozzle[i], traits));
+  }
+  return path;
+}
+
+// Returns the area of the bead at each node of the path.
+std::vector<double> AreasOf(const StrokeDeposit& deposit, const StrandPath& path,
+                            const PrinterTraits& traits, const BeadOptions& options,
+                            Random& random) {
   const std::size_t count = deposit.filament_mm.size();
   const double spacing_mm = deposit.spacing_mm;
-  const BeadOptions options{traits.nozzle_diameter_mm, traits.smear_mm, traits.break_area_mm2};
-  StrokePath path(plan, stroke);
-  std::vector<Position> nozzle(count);
   std::vector<double> full(count);
   std::vector<double> area(count);
   for (std::size_t i = 0; i < count; ++i) {
-    nozzle[i] = path.At(static_cast<double>(i) * spacing_mm);
-    full[i] = FullArea(GapAt(nozzle[i], traits), options);
+    full[i] = FullArea(path.gap_mm[i], options);
     const double length_mm = (i == 0 || i + 1 == count ? 0.5 : 1.0) * spacing_mm;
     area[i] = deposit.filament_mm[i] * FilamentArea(traits) / length_mm;
   }
@@ -148,23 +165,109 @@ Strand LayStrand(std::span<const TimedMove> plan, const Stroke& stroke,
   SpreadSurplus(area, full, spacing_mm);
   CutGaps(area, spacing_mm, traits.gaps_per_m, random);
   BreakUp(area, spacing_mm, traits.break_area_mm2, random);
+  return area;
+}
+
+Strand StrandOf(const StrandPath& path, std::span<const double> area, const BeadOptions& options) {
   Strand strand;
-  strand.samples.reserve(count);
-  for (std::size_t i = 0; i < count; ++i) {
-    const BeadShape shape = ShapeOf(area[i], GapAt(nozzle[i], traits), options);
-    strand.samples.push_back(
-        {nozzle[i].x_mm, nozzle[i].y_mm, area[i], shape.width_mm, shape.height_mm});
+  strand.samples.reserve(area.size());
+  for (std::size_t i = 0; i < area.size(); ++i) {
+    const BeadShape shape = ShapeOf(area[i], path.gap_mm[i], options);
+    strand.samples.push_back({path.nozzle[i].x_mm, path.nozzle[i].y_mm, area[i], shape.width_mm,
+                              shape.height_mm, path.base_mm[i]});
   }
   return strand;
 }
 
-void AddStrings(const Strand& strand, const StrokeDeposit& deposit, const PrinterTraits& traits,
-                Random& random, std::vector<Strand>& strands) {
+// Widens the first layer at the same area.
+void AddFoot(Strand& strand, double foot_mm) {
+  for (BeadSample& sample : strand.samples) {
+    if (sample.base_mm > 0 || sample.width_mm <= 0) continue;
+    sample.height_mm *= sample.width_mm / (sample.width_mm + foot_mm);
+    sample.width_mm += foot_mm;
+  }
+}
+
+// Lays strands, in the order of printing.
+class StrandLayer {
+ public:
+  StrandLayer(std::span<const TimedMove> plan, std::span<const Stroke> strokes,
+              const PrinterTraits& traits)
+      : plan_(plan),
+        traits_(traits),
+        options_{traits.nozzle_diameter_mm, traits.smear_mm, traits.break_area_mm2} {
+    if (HasLayers(strokes)) laid_.emplace(Region(strokes));
+  }
+
+  /// Appends the strand, and in prints of several layers what fills its corners.
+  void Lay(const Stroke& stroke, const StrokeDeposit& deposit, Random& random,
+           std::vector<Strand>& strands) {
+    StrandPath path = PathOverPlate(plan_, stroke, deposit, traits_);
+    if (!laid_) {
+      strands.push_back(
+          StrandOf(path, AreasOf(deposit, path, traits_, options_, random), options_));
+      return;
+    }
+    const std::vector<PathCorner> corners = FindCorners(plan_, stroke, deposit.spacing_mm);
+    RoundPath(path.nozzle, deposit.spacing_mm, traits_.corner_round_mm);
+    RestOn(*laid_, path);
+    std::vector<double> area = AreasOf(deposit, path, traits_, options_, random);
+    std::vector<Strand> fillets = FillCorners(corners, path, traits_.fillet_mm, *laid_, area);
+    Strand strand = StrandOf(path, area, options_);
+    laid_->Add(PushAside(*laid_, path, strand));
+    AddFoot(strand, traits_.foot_mm);
+    std::move(fillets.begin(), fillets.end(), std::back_inserter(strands));
+    strands.push_back(std::move(strand));
+  }
+
+  [[nodiscard]] bool has_layers() const { return laid_.has_value(); }
+
+ private:
+  // True if the nozzle prints at several heights.
+  [[nodiscard]] bool HasLayers(std::span<const Stroke> strokes) const {
+    const auto height = [&](const Stroke& stroke) { return plan_[stroke.first].move.to.z_mm; };
+    double least = height(strokes.front());
+    double most = least;
+    for (const Stroke& stroke : strokes) {
+      least = std::min(least, height(stroke));
+      most = std::max(most, height(stroke));
+    }
+    return most > least + LaidBeads::kSameLayerMm;
+  }
+
+  [[nodiscard]] BedRegion Region(std::span<const Stroke> strokes) const {
+    const Position& first = plan_[strokes.front().first].move.from;
+    BedRegion region{first.x_mm, first.y_mm, first.x_mm, first.y_mm};
+    for (const Stroke& stroke : strokes) {
+      for (std::size_t i = stroke.first; i <= stroke.last; ++i) {
+        for (const Position& at : {plan_[i].move.from, plan_[i].move.to}) {
+          region = {std::min(region.min_x_mm, at.x_mm), std::min(region.min_y_mm, at.y_mm),
+                    std::max(region.max_x_mm, at.x_mm), std::max(region.max_y_mm, at.y_mm)};
+        }
+      }
+    }
+    constexpr double kAroundMm = 2;
+    return {region.min_x_mm - kAroundMm, region.min_y_mm - kAroundMm, region.max_x_mm + kAroundMm,
+            region.max_y_mm + kAroundMm};
+  }
+
+  std::span<const TimedMove> plan_;
+  const PrinterTraits& traits_;
+  BeadOptions options_;
+  std::optional<LaidBeads> laid_;  // in prints of several layers
+};
+
+// Adds strings that wander off from the last strand, before it.
+void AddStrings(const StrokeDeposit& deposit, const PrinterTraits& traits, Random& random,
+                std::vector<Strand>& strands) {
   const double length_mm = deposit.spacing_mm * static_cast<double>(deposit.filament_mm.size() - 1);
   const int count = DrawCount(traits.strings_per_m, length_mm, random);
   for (int i = 0; i < count; ++i) {
-    const BeadSample& from = strand.samples[random.Below(strand.samples.size())];
-    strands.push_back(DrawString(from.x_mm, from.y_mm, kSpacingMm, random));
+    const std::vector<BeadSample>& samples = strands.back().samples;
+    const BeadSample from = samples[random.Below(samples.size())];
+    Strand string = DrawString(from.x_mm, from.y_mm, kSpacingMm, random);
+    for (BeadSample& sample : string.samples) sample.base_mm = from.base_mm;
+    strands.insert(strands.end() - 1, std::move(string));
   }
 }
 
@@ -249,12 +352,14 @@ Result<Print> PrintGcode(std::string_view gcode, const PrinterTraits& traits, Ra
   Print print;
   print.bed.size_x_mm = traits.bed_size_x_mm;
   print.bed.size_y_mm = traits.bed_size_y_mm;
+  StrandLayer layer(plan, strokes, traits);
   for (std::size_t k = 0; k < strokes.size(); ++k) {
-    Strand strand = LayStrand(plan, strokes[k], extrusion.strokes[k], traits, random);
-    AddStrings(strand, extrusion.strokes[k], traits, random, print.bed.strands);
-    print.bed.strands.push_back(std::move(strand));
+    layer.Lay(strokes[k], extrusion.strokes[k], random, print.bed.strands);
+    AddStrings(extrusion.strokes[k], traits, random, print.bed.strands);
   }
   print.truth.pressure_advance_s = IdealPressureAdvance(law, lines.slow_mm_s, lines.fast_mm_s);
+  print.truth.tangent_s = 1 / FlowFromStored(law, Stored(law, lines.fast_mm_s)).slope_per_s;
+  if (layer.has_layers()) print.truth.corner_s = CornerPressureAdvance(plan, strokes, law);
   print.notes = NotesOf(program, lines, print.bed);
   return print;
 }
@@ -273,7 +378,7 @@ double TruthOf(std::uint64_t seed) {
 }
 
 Result<Print> PrintInWorld(std::string_view gcode, std::uint64_t seed,
-                           std::optional<double> k_star_s) {
+                           std::optional<double> k_star_s, std::optional<double> exponent) {
   const Random world(seed);
   if (!k_star_s) k_star_s = TruthOf(seed);
   if (!(*k_star_s >= 0.0001 && *k_star_s <= 10)) {
@@ -282,7 +387,16 @@ Result<Print> PrintInWorld(std::string_view gcode, std::uint64_t seed,
   }
   Random traits_random = world.Fork(kTraits);
   Random print_random = world.Fork(kPrint);
-  return PrintGcode(gcode, DrawTraits(*k_star_s, traits_random), print_random);
+  PrinterTraits traits = DrawTraits(*k_star_s, traits_random);
+  if (exponent) {
+    if (!(*exponent >= 0.2 && *exponent <= 1)) {
+      return Fail(
+          fmt::format("an exponent of {} of the storage law is outside 0.2 ... 1", *exponent));
+    }
+    traits.law.kind = StorageKind::kPower;
+    traits.law.exponent = *exponent;
+  }
+  return PrintGcode(gcode, traits, print_random);
 }
 
 Random LaserRandom(std::uint64_t seed, const Condition& condition) {

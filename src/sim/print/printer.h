@@ -34,10 +34,12 @@ struct Print {
 /// Draws a world's true pressure advance: uniform within 0.015 … 0.045 s, independent of the print.
 [[nodiscard]] double TruthOf(std::uint64_t seed);
 
-/// Prints in a seed's world. Without `k_star_s` the truth is TruthOf(seed).
-/// Errors as PrintGcode; and (kInput) a truth outside 0.0001 … 10 s.
+/// Prints in a seed's world. Without `k_star_s` the truth is TruthOf(seed), without `exponent` the
+/// storage law is the seed's; with it a power law.
+/// Errors as PrintGcode; and (kInput) a truth outside 0.0001 … 10 s, an exponent outside 0.2 … 1.
 [[nodiscard]] Result<Print> PrintInWorld(std::string_view gcode, std::uint64_t seed,
-                                         std::optional<double> k_star_s);
+                                         std::optional<double> k_star_s,
+                                         std::optional<double> exponent = {});
 
 /// Returns the random generator of laser and camera in one condition: each sees the same print
 /// anew.

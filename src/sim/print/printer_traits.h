@@ -86,6 +86,11 @@ struct PrinterTraits {
   double plate_tilt_x = 0;        ///< rise of the plate per mm in x, about the bed's centre, +-0.01
   double plate_tilt_y = 0;        ///< the same in y
 
+  /// Prints of several layers alone.
+  double foot_mm = 0;          ///< first layer wider by this (elephant's foot), 0 … 0.5
+  double fillet_mm = 0;        ///< radius to which melt fills a concave corner, 0 … 1
+  double corner_round_mm = 0;  ///< 1 sigma along the path by which belts round corners, 0 … 1
+
   /// Defects per metre of printed line, 0 … 1000.
   double blobs_per_m = 0;
   double gaps_per_m = 0;

@@ -99,6 +99,7 @@ bool Present(const BeadSample& sample) { return sample.width_mm > 0 && sample.he
 void Stamp(Relief& relief, const SectionTable& shape, const BeadSample& a, const BeadSample& b,
            bool round_a, bool round_b) {
   const double reach = std::max(a.width_mm, b.width_mm) / 2;
+  const double base = std::max(a.base_mm, b.base_mm);
   const double cell = relief.cell_mm;
   const double dx = b.x_mm - a.x_mm;
   const double dy = b.y_mm - a.y_mm;
@@ -130,7 +131,7 @@ void Stamp(Relief& relief, const SectionTable& shape, const BeadSample& a, const
       if (!Within(off, width / 2) || height <= 0) continue;
       const double area = a.area_mm2 + t * (b.area_mm2 - a.area_mm2);
       const double z = height * NodeHeight(shape, area / (width * height), off, width / 2, spacing);
-      heights[column] = std::max(heights[column], static_cast<float>(z));
+      heights[column] = std::max(heights[column], static_cast<float>(base + z));
     }
   }
 }
