@@ -104,6 +104,7 @@ INNER = {
         "klipper": {"gcode", "print", "cell"},
         "camera": {"print", "laser", "klipper"},
         "photo": {"print", "camera"},
+        "slicer_patterns": {"print", "photo"},
         "moonraker": {"camera", "klipper"},
     },
 }

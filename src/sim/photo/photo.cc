@@ -3,9 +3,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdint>
 #include <limits>
+#include <numbers>
 #include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>
 #include <string_view>
@@ -21,12 +23,13 @@ namespace {
 using Bgr = std::array<double, 3>;  // relative to full scale
 
 constexpr int kSamples = 2;           // per pixel, each way
-constexpr double kLargePixels = 4e6;  // from there on bare plate needs one sample a pixel
+constexpr double kLargePixels = 4e6;  // from there on fewer: lens blur is wider than a pixel
 constexpr double kMarginMm = 2;       // relief around the print, for shadows
 constexpr double kFinestCellMm = 0.025;
 constexpr double kMaxCells = 20e6;
 constexpr double kBlockMm = 1;  // resolution at which bare plate is told apart quickly
 constexpr double kTextureCellMm = 0.035;
+constexpr double kLitCellMm = 0.05;  // a third of the narrowest slot between two walls
 
 // Appearance of materials in even light of full strength.
 struct Materials {
@@ -108,6 +111,7 @@ class Scene {
     light_ = {std::cos(traits.light_elevation_rad) * std::cos(traits.light_azimuth_rad),
               std::cos(traits.light_elevation_rad) * std::sin(traits.light_azimuth_rad),
               std::sin(traits.light_elevation_rad)};
+    if (layered_) LightRelief();
   }
 
   /// Returns the light that arrives along one ray, relative to full scale.
@@ -117,16 +121,16 @@ class Scene {
     double x = optics.x + ray.x * optics.z;
     double y = optics.y + ray.y * optics.z;
     Bgr colour;
-    if (OnFinger(x_px, y_px)) {
-      colour = {0.42, 0.52, 0.72};
+    if (const double shade = FingerAt(x_px, y_px); shade > 0) {
+      colour = {0.42 * shade, 0.52 * shade, 0.72 * shade};
     } else if (!(x >= 0 && y >= 0 && x <= bed_x_mm_ && y <= bed_y_mm_)) {
       colour = {0.02, 0.02, 0.02};  // beyond the plate
     } else if (!Near(x, y)) {
       colour = PlateAt(x, y, x_px, y_px, 1);
     } else {
       const double z = Meet(ray, x, y);
-      colour =
-          z > 0 ? FilamentAt(x, y, z, x_px, y_px, ray) : PlateAt(x, y, x_px, y_px, ShadowAt(x, y));
+      colour = z > 0 ? FilamentAt(x, y, z, x_px, y_px, ray)
+                     : PlateAt(x, y, x_px, y_px, layered_ ? LitAt(x, y) : ShadowAt(x, y));
     }
     const double light = Illumination(x_px, y_px);
     for (double& value : colour) value *= light;
@@ -206,6 +210,66 @@ class Scene {
     return 1 - 0.5 * std::clamp(deepest / 0.08, 0.0, 1.0);
   }
 
+  // Tabulates the light on the relief of several layers: shadows and slots need many heights.
+  void LightRelief() {
+    lit_columns_ = static_cast<int>(relief_.columns * relief_.cell_mm / kLitCellMm) + 2;
+    lit_rows_ = static_cast<int>(relief_.rows * relief_.cell_mm / kLitCellMm) + 2;
+    lit_.assign(static_cast<std::size_t>(lit_columns_) * static_cast<std::size_t>(lit_rows_), 1.0F);
+    for (int row = 0; row < lit_rows_; ++row) {
+      for (int column = 0; column < lit_columns_; ++column) {
+        const double x = relief_.origin_x_mm + column * kLitCellMm;
+        const double y = relief_.origin_y_mm + row * kLitCellMm;
+        if (!Near(x, y)) continue;
+        const double z = relief_.HeightAt(x, y);
+        if (z > top_mm_ - 0.05) continue;
+        // A plate's light comes from a larger part of the sky than a slot's between two walls.
+        const double ambient = z > 0 ? 0.15 : 0.4;
+        lit_[static_cast<std::size_t>(row) * static_cast<std::size_t>(lit_columns_) +
+             static_cast<std::size_t>(column)] =
+            static_cast<float>(ShadowAt(x, y, z) * (ambient + (1 - ambient) * SkyAt(x, y, z)));
+      }
+    }
+  }
+
+  // Interpolates what LightRelief tabulated; 1 outside.
+  [[nodiscard]] double LitAt(double x, double y) const {
+    const double u = (x - relief_.origin_x_mm) / kLitCellMm;
+    const double v = (y - relief_.origin_y_mm) / kLitCellMm;
+    if (!(u >= 0 && v >= 0 && u < lit_columns_ - 1 && v < lit_rows_ - 1)) return 1;
+    const int column = static_cast<int>(u);
+    const int row = static_cast<int>(v);
+    const float* p = lit_.data() + static_cast<std::ptrdiff_t>(row) * lit_columns_ + column;
+    const float* q = p + lit_columns_;
+    const double fu = u - column;
+    const double fv = v - row;
+    return (1 - fv) * ((1 - fu) * static_cast<double>(p[0]) + fu * static_cast<double>(p[1])) +
+           fv * ((1 - fu) * static_cast<double>(q[0]) + fu * static_cast<double>(q[1]));
+  }
+
+  // Returns the share of a cloudy sky that a point sees: deep slots between walls are dark.
+  [[nodiscard]] double SkyAt(double x, double y, double z) const {
+    constexpr int kDirections = 8;
+    constexpr double kFarMm[] = {0.08, 0.16, 0.3, 0.6};
+    static const std::array<Vector3, kDirections> towards = [] {
+      std::array<Vector3, kDirections> all;
+      for (int i = 0; i < kDirections; ++i) {
+        const double azimuth = 2 * std::numbers::pi * (i + 0.5) / kDirections;
+        all[static_cast<std::size_t>(i)] = {std::cos(azimuth), std::sin(azimuth), 0};
+      }
+      return all;
+    }();
+    double sum = 0;
+    for (const Vector3& direction : towards) {
+      double steepest = 0;
+      for (const double far : kFarMm) {
+        const double rise = relief_.HeightAt(x + far * direction.x, y + far * direction.y) - z;
+        steepest = std::max(steepest, rise / far);
+      }
+      sum += 1 / (1 + steepest * steepest);
+    }
+    return sum / kDirections;
+  }
+
   [[nodiscard]] Bgr PlateAt(double x, double y, double x_px, double y_px, double lit) const {
     const int column = static_cast<int>(std::floor(x / kTextureCellMm));
     const int row = static_cast<int>(std::floor(y / kTextureCellMm));
@@ -252,8 +316,10 @@ class Scene {
 
     const double height = relief_.HeightAt(x, y);
     const double cover = 1 - std::exp(-std::max(height, z) / materials_.depth_mm);
-    const double lit = layered_ && z < top_mm_ - 0.05 ? ShadowAt(x, y, z) : 1;
-    const Bgr below = PlateAt(x, y, x_px, y_px, 0.8);
+    const double lit = layered_ && z < top_mm_ - 0.05 ? LitAt(x, y) : 1;
+    // Through several layers nothing of the plate is seen.
+    const bool opaque = layered_ && cover > 0.999;
+    const Bgr below = opaque ? Bgr{} : PlateAt(x, y, x_px, y_px, 0.8);
     const double grain =
         1 + 0.025 * static_cast<double>(glints_.At(static_cast<int>(x / kTextureCellMm),
                                                    static_cast<int>(y / kTextureCellMm)));
@@ -292,16 +358,18 @@ class Scene {
     return light;
   }
 
-  [[nodiscard]] bool OnFinger(double x_px, double y_px) const {
+  // Returns the brightness of the finger there, 0 without one.
+  [[nodiscard]] double FingerAt(double x_px, double y_px) const {
     for (const PhotoFinger& finger : traits_.fingers) {
       const double x = (x_px - 0.5 * traits_.width_px) / traits_.height_px - finger.x;
       const double y = (y_px - 0.5 * traits_.height_px) / traits_.height_px - finger.y;
       const double c = std::cos(finger.azimuth_rad);
       const double s = std::sin(finger.azimuth_rad);
       const double along = std::clamp(x * c + y * s, 0.0, finger.length);
-      if (std::hypot(x - along * c, y - along * s) < finger.radius) return true;
+      const double off = std::hypot(x - along * c, y - along * s) / finger.radius;
+      if (off < 1) return 1 - 0.5 * off * off;
     }
-    return false;
+    return 0;
   }
 
   const PhotoTraits& traits_;
@@ -314,6 +382,9 @@ class Scene {
   Relief relief_;
   double top_mm_ = 0;
   bool layered_ = false;
+  int lit_columns_ = 0;
+  int lit_rows_ = 0;
+  std::vector<float> lit_;  // of prints of several layers
   Vector3 light_;
   int block_columns_ = 0;
   int block_rows_ = 0;
@@ -383,16 +454,19 @@ Result<Frame> RenderPhoto(const Bed& bed, const PhotoTraits& traits, Random rand
   for (int y = 0; y < traits.height_px; ++y) {
     auto* out = light.ptr<float>(y);
     for (int x = 0; x < traits.width_px; ++x) {
-      const int samples = large && scene.Bare(x, y) ? 1 : kSamples;
+      // All four places of a pixel in small pictures; in large ones two on a diagonal, one where
+      // the plate is bare.
+      const int samples = !large ? kSamples * kSamples : scene.Bare(x, y) ? 1 : 2;
       Bgr sum{};
-      for (int i = 0; i < samples * samples; ++i) {
-        const double dx = (i % samples + 0.5) / samples - 0.5;
-        const double dy = (i / samples + 0.5) / samples - 0.5;
+      for (int i = 0; i < samples; ++i) {
+        const int place = large ? 3 * i : i;
+        const double dx = samples == 1 ? 0 : (place % kSamples + 0.5) / kSamples - 0.5;
+        const double dy = samples == 1 ? 0 : (place / kSamples + 0.5) / kSamples - 0.5;
         const Bgr seen = scene.See(x + dx, y + dy);
         for (std::size_t k = 0; k < 3; ++k) sum[k] += std::min(seen[k], 1.5);
       }
       for (std::size_t k = 0; k < 3; ++k) {
-        out[3 * static_cast<std::size_t>(x) + k] = static_cast<float>(sum[k] / (samples * samples));
+        out[3 * static_cast<std::size_t>(x) + k] = static_cast<float>(sum[k] / samples);
       }
     }
   }

@@ -129,7 +129,7 @@ inline constexpr NamedNumber<PhotoTraits> kPhotoNumbers[] = {
 /// Draws a filament on a plate that it can be seen on.
 [[nodiscard]] PhotoScene DrawPhotoScene(Random& random);
 
-/// How far a photo may be from the ideal one.
+/// Limits of a drawn photo's distance from the ideal one.
 struct PhotoDistortion {
   double most_roll_rad = 0.15;  ///< 0 … pi
   double most_tilt_rad = 0.3;   ///< 0 … 0.6; 0.3 is about 20 % of perspective

@@ -37,7 +37,7 @@ struct PrintTruth {
   double tangent_s = 0;
   /// Prints with sharp corners: the pressure advance that lays the commanded filament around them
   /// (print/corner_truth.h).
-  std::optional<double> corner_s;
+  std::optional<double> corner_s = std::nullopt;
 };
 
 }  // namespace trammel::sim

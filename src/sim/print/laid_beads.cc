@@ -9,7 +9,7 @@ namespace {
 
 constexpr double kMostCells = 10e6;
 constexpr double kMostBuckets = 1e6;
-constexpr double kReachMm = 1.2;      // neighbours further away push nothing
+constexpr double kReachMm = 1;        // neighbours further away push nothing
 constexpr double kAbreastMm = 0.045;  // half of the pieces' distance along their path, and a little
 constexpr double kSameWay = 0.7;      // cosine: 45 degrees
 
@@ -37,38 +37,49 @@ double LaidBeads::BaseAt(double x_mm, double y_mm, double z_mm) const {
   return highest < z_mm - kSameLayerMm ? highest : static_cast<double>(here.below_mm);
 }
 
-std::ptrdiff_t LaidBeads::BucketAt(double x_mm, double y_mm) const {
+std::size_t LaidBeads::BucketAt(double x_mm, double y_mm) const {
   const auto column = static_cast<std::ptrdiff_t>((x_mm - region_.min_x_mm) / bucket_mm_);
   const auto row = static_cast<std::ptrdiff_t>((y_mm - region_.min_y_mm) / bucket_mm_);
-  return row * bucket_columns_ + column;
+  return static_cast<std::size_t>(row * bucket_columns_ + column);
 }
 
 FreeRoom LaidBeads::RoomBeside(const LaidPiece& piece) const {
   constexpr double kFar = std::numeric_limits<double>::infinity();
   FreeRoom room{kFar, kFar};
-  if (!region_.Contains(piece.x_mm, piece.y_mm)) return room;
-  const auto column = static_cast<std::ptrdiff_t>((piece.x_mm - region_.min_x_mm) / bucket_mm_);
-  const auto row = static_cast<std::ptrdiff_t>((piece.y_mm - region_.min_y_mm) / bucket_mm_);
-  const auto reach = static_cast<std::ptrdiff_t>(std::ceil(kReachMm / bucket_mm_));
-  for (std::ptrdiff_t i = std::max<std::ptrdiff_t>(0, row - reach);
-       i <= std::min(bucket_rows_ - 1, row + reach); ++i) {
-    for (std::ptrdiff_t k = std::max<std::ptrdiff_t>(0, column - reach);
-         k <= std::min(bucket_columns_ - 1, column + reach); ++k) {
-      for (const LaidPiece& other : buckets_[static_cast<std::size_t>(i * bucket_columns_ + k)]) {
-        if (std::abs(other.z_mm - piece.z_mm) > kSameLayerMm) continue;
-        const double dx = other.x_mm - piece.x_mm;
-        const double dy = other.y_mm - piece.y_mm;
-        if (std::abs(dx * piece.along_x + dy * piece.along_y) > kAbreastMm) continue;
-        const double same = std::abs(other.along_x * piece.along_x + other.along_y * piece.along_y);
-        const double left = dy * piece.along_x - dx * piece.along_y;
-        // A bead on the same path lies below, not beside.
-        if (same < kSameWay || std::abs(left) < piece.half_mm / 2) continue;
-        double& free = left > 0 ? room.left_mm : room.right_mm;
-        free = std::min(free, std::abs(left) - other.half_mm);
+  auto last = buckets_.size();
+  // Half of the finest bucket: none is skipped.
+  for (double off = -kReachMm; off <= kReachMm; off += bucket_mm_ / 2) {
+    const double x = piece.x_mm - off * piece.along_y;
+    const double y = piece.y_mm + off * piece.along_x;
+    if (!region_.Contains(x, y)) continue;
+    const std::size_t bucket = BucketAt(x, y);
+    if (bucket == last) continue;
+    last = bucket;
+    for (const LaidPiece& other : buckets_[bucket]) {
+      const double dx = other.x_mm - piece.x_mm;
+      const double dy = other.y_mm - piece.y_mm;
+      if (std::abs(other.z_mm - piece.z_mm) > kSameLayerMm ||
+          std::abs(dx * piece.along_x + dy * piece.along_y) > kAbreastMm) {
+        continue;
       }
+      const double same = std::abs(other.along_x * piece.along_x + other.along_y * piece.along_y);
+      const double left = dy * piece.along_x - dx * piece.along_y;
+      // A bead on the same path lies below, not beside.
+      if (same < kSameWay || std::abs(left) < piece.half_mm / 2) continue;
+      double& free = left > 0 ? room.left_mm : room.right_mm;
+      free = std::min(free, std::abs(left) - other.half_mm);
     }
   }
   return room;
+}
+
+void LaidBeads::Insert(double x_mm, double y_mm, const LaidPiece& piece) {
+  if (!region_.Contains(x_mm, y_mm)) return;
+  std::vector<LaidPiece>& bucket = buckets_[BucketAt(x_mm, y_mm)];
+  if (!bucket.empty() && std::abs(bucket.back().z_mm - piece.z_mm) > kSameLayerMm) bucket.clear();
+  const bool there =
+      !bucket.empty() && bucket.back().x_mm == piece.x_mm && bucket.back().y_mm == piece.y_mm;
+  if (!there) bucket.push_back(piece);
 }
 
 void LaidBeads::Raise(double x_mm, double y_mm, double z_mm) {
@@ -94,10 +105,11 @@ void LaidBeads::Add(const std::vector<LaidPiece>& strand) {
       const double off = piece.half_mm * k / steps;
       Raise(piece.x_mm - off * piece.along_y, piece.y_mm + off * piece.along_x, piece.z_mm);
     }
-    // Every second piece is enough for its neighbours.
-    if (i % 2 == 0) {
-      buckets_[static_cast<std::size_t>(BucketAt(piece.x_mm, piece.y_mm))].push_back(piece);
-    }
+    // Every second piece is enough for its neighbours; each is where they look for it.
+    if (i % 2 != 0) continue;
+    const double ahead = kAbreastMm / std::sqrt(2.0);
+    Insert(piece.x_mm - ahead * piece.along_x, piece.y_mm - ahead * piece.along_y, piece);
+    Insert(piece.x_mm + ahead * piece.along_x, piece.y_mm + ahead * piece.along_y, piece);
   }
 }
 

@@ -49,17 +49,18 @@ class LaidBeads {
   };
 
   void Raise(double x_mm, double y_mm, double z_mm);
-  [[nodiscard]] std::ptrdiff_t BucketAt(double x_mm, double y_mm) const;
+  [[nodiscard]] std::size_t BucketAt(double x_mm, double y_mm) const;
+  void Insert(double x_mm, double y_mm, const LaidPiece& piece);
 
   BedRegion region_;
   double cell_mm_ = 0.1;
   std::ptrdiff_t columns_ = 0;
   std::ptrdiff_t rows_ = 0;
   std::vector<Column> tops_;
-  double bucket_mm_ = 0.6;
+  double bucket_mm_ = 0.3;
   std::ptrdiff_t bucket_columns_ = 0;
   std::ptrdiff_t bucket_rows_ = 0;
-  std::vector<std::vector<LaidPiece>> buckets_;
+  std::vector<std::vector<LaidPiece>> buckets_;  // of the layer printed last in each
 };
 
 }  // namespace trammel::sim

@@ -4,22 +4,20 @@
 #include <cmath>
 #include <numbers>
 
-#include "sim/print/bead.h"
-
 namespace trammel::sim {
 namespace {
 
 constexpr double kMinGapMm = 0.03;  // the nozzle cannot press a bead thinner
-constexpr double kMostAsideMm = 0.4;
 
 struct Direction {
   double x = 1;
   double y = 0;
 };
 
-Direction DirectionAt(std::span<const Position> nozzle, std::size_t i) {
-  const std::size_t a = i > 0 ? i - 1 : 0;
-  const std::size_t b = std::min(i + 1, nozzle.size() - 1);
+// Returns the direction over `reach` nodes on either side.
+Direction DirectionAt(std::span<const Position> nozzle, std::size_t i, std::size_t reach = 1) {
+  const std::size_t a = i > reach ? i - reach : 0;
+  const std::size_t b = std::min(i + reach, nozzle.size() - 1);
   const double dx = nozzle[b].x_mm - nozzle[a].x_mm;
   const double dy = nozzle[b].y_mm - nozzle[a].y_mm;
   const double length = std::hypot(dx, dy);
@@ -154,34 +152,105 @@ std::vector<Strand> FillCorners(std::span<const PathCorner> corners, const Stran
   return fillets;
 }
 
-std::vector<LaidPiece> PushAside(const LaidBeads& laid, const StrandPath& path, Strand& strand) {
-  std::vector<LaidPiece> pieces;
-  pieces.reserve(strand.samples.size());
-  for (std::size_t i = 0; i < strand.samples.size(); ++i) {
-    BeadSample& sample = strand.samples[i];
-    const Direction along = DirectionAt(path.nozzle, i);
-    LaidPiece piece{sample.x_mm, sample.y_mm, path.nozzle[i].z_mm, along.x, along.y, 0};
-    if (sample.height_mm > 0) {
-      const double half = 0.5 * sample.area_mm2 / sample.height_mm;
-      piece.half_mm = half;
-      const FreeRoom room = laid.RoomBeside(piece);
-      double aside = 0;  // to the left
-      if (room.left_mm + room.right_mm < 2 * half) {
-        aside = (room.left_mm - room.right_mm) / 2;
-      } else if (room.left_mm < half) {
-        aside = room.left_mm - half;
-      } else if (room.right_mm < half) {
-        aside = half - room.right_mm;
-      }
-      aside = std::clamp(aside, -kMostAsideMm, kMostAsideMm);
-      sample.x_mm -= aside * along.y;
-      sample.y_mm += aside * along.x;
-      piece.x_mm = sample.x_mm;
-      piece.y_mm = sample.y_mm;
-    }
-    pieces.push_back(piece);
+namespace {
+
+// Smooths values along the path by a Gaussian; the ends count as continued.
+void SmoothAlong(std::vector<double>& values, double sigma_nodes) {
+  const auto reach = static_cast<std::ptrdiff_t>(3 * sigma_nodes);
+  std::vector<double> weights;
+  for (std::ptrdiff_t k = 0; k <= reach; ++k) {
+    const double z = static_cast<double>(k) / sigma_nodes;
+    weights.push_back(std::exp(-0.5 * z * z));
   }
-  return pieces;
+  const std::vector<double> before = values;
+  const auto last = static_cast<std::ptrdiff_t>(values.size()) - 1;
+  for (std::ptrdiff_t i = 0; i <= last; ++i) {
+    double sum = 0;
+    double total = 0;
+    for (std::ptrdiff_t k = -reach; k <= reach; ++k) {
+      const double weight = weights[static_cast<std::size_t>(std::abs(k))];
+      sum += weight;
+      total +=
+          weight * before[static_cast<std::size_t>(std::clamp<std::ptrdiff_t>(i + k, 0, last))];
+    }
+    values[static_cast<std::size_t>(i)] = total / sum;
+  }
+}
+
+// Returns how far a piece of this half-width must move to the left.
+double AsideOf(const FreeRoom& room, double half_mm) {
+  constexpr double kMostMm = 0.5;
+  double aside = 0;
+  if (room.left_mm + room.right_mm < 2 * half_mm) {
+    aside = (room.left_mm - room.right_mm) / 2;
+  } else if (room.left_mm < half_mm) {
+    aside = room.left_mm - half_mm;
+  } else if (room.right_mm < half_mm) {
+    aside = half_mm - room.right_mm;
+  }
+  return std::clamp(aside, -kMostMm, kMostMm);
+}
+
+// Returns each node's length along the path.
+std::vector<double> LengthsOf(std::span<const Position> nodes) {
+  std::vector<double> lengths;
+  for (std::size_t i = 0; i < nodes.size(); ++i) {
+    const Position& a = nodes[i > 0 ? i - 1 : 0];
+    const Position& b = nodes[std::min(i + 1, nodes.size() - 1)];
+    lengths.push_back(std::hypot(b.x_mm - a.x_mm, b.y_mm - a.y_mm));
+  }
+  return lengths;
+}
+
+}  // namespace
+
+PushedStrand PushAside(const LaidBeads& laid, const StrandPath& path,
+                       std::span<const double> area_mm2, double spacing_mm,
+                       const BeadOptions& options) {
+  constexpr double kSmoothMm = 0.2;  // a melt has no sharper bend
+  constexpr int kRounds = 3;         // a longer path is thinner, and moves less
+  const std::size_t count = area_mm2.size();
+  PushedStrand pushed;
+  std::vector<FreeRoom> rooms;
+  std::vector<BeadShape> shapes(count);
+  for (std::size_t i = 0; i < count; ++i) {
+    const Direction along = DirectionAt(path.nozzle, i, 3);
+    shapes[i] = ShapeOf(area_mm2[i], path.gap_mm[i], options);
+    const double half = shapes[i].height_mm > 0 ? 0.5 * area_mm2[i] / shapes[i].height_mm : 0;
+    pushed.pieces.push_back(
+        {path.nozzle[i].x_mm, path.nozzle[i].y_mm, path.nozzle[i].z_mm, along.x, along.y, half});
+    rooms.push_back(laid.RoomBeside(pushed.pieces.back()));
+  }
+  const std::vector<double> lengths = LengthsOf(path.nozzle);
+  std::vector<double> area(area_mm2.begin(), area_mm2.end());
+  std::vector<Position> nodes = path.nozzle;
+  std::vector<double> aside(count);
+  for (int round = 0; round < kRounds; ++round) {
+    for (std::size_t i = 0; i < count; ++i) {
+      aside[i] = AsideOf(rooms[i], pushed.pieces[i].half_mm);
+    }
+    if (std::all_of(aside.begin(), aside.end(), [](double a) { return a == 0; })) break;
+    SmoothAlong(aside, kSmoothMm / spacing_mm);
+    for (std::size_t i = 0; i < count; ++i) {
+      nodes[i].x_mm = path.nozzle[i].x_mm - aside[i] * pushed.pieces[i].along_y;
+      nodes[i].y_mm = path.nozzle[i].y_mm + aside[i] * pushed.pieces[i].along_x;
+    }
+    std::vector<double> stretch = LengthsOf(nodes);
+    for (std::size_t i = 0; i < count; ++i) stretch[i] /= std::max(lengths[i], 1e-6);
+    SmoothAlong(stretch, 0.5 * kSmoothMm / spacing_mm);
+    for (std::size_t i = 0; i < count; ++i) {
+      area[i] = area_mm2[i] / std::max(stretch[i], 0.5);
+      shapes[i] = ShapeOf(area[i], path.gap_mm[i], options);
+      pushed.pieces[i].half_mm = shapes[i].height_mm > 0 ? 0.5 * area[i] / shapes[i].height_mm : 0;
+    }
+  }
+  for (std::size_t i = 0; i < count; ++i) {
+    pushed.pieces[i].x_mm = nodes[i].x_mm;
+    pushed.pieces[i].y_mm = nodes[i].y_mm;
+    pushed.strand.samples.push_back({nodes[i].x_mm, nodes[i].y_mm, area[i], shapes[i].width_mm,
+                                     shapes[i].height_mm, path.base_mm[i]});
+  }
+  return pushed;
 }
 
 }  // namespace trammel::sim

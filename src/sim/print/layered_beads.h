@@ -5,6 +5,7 @@
 #include <span>
 #include <vector>
 
+#include "sim/print/bead.h"
 #include "sim/print/bed.h"
 #include "sim/print/extruder.h"
 #include "sim/print/gcode_interpreter.h"
@@ -44,15 +45,21 @@ void RestOn(const LaidBeads& laid, StrandPath& path);
 /// Fills the inner angle of corners with filament from both arms: a melt does not follow a concave
 /// edge of less than radius_mm. Conserves the volume; leaves out corners beside another bead of the
 /// layer and broken ones.
-/// @param strand  Its areas shrink near the corners; shapes are not set yet.
+/// @param area_mm2  per node; shrinks near the corners.
 /// @returns Strands with area, width and height.
 [[nodiscard]] std::vector<Strand> FillCorners(std::span<const PathCorner> corners,
                                               const StrandPath& path, double radius_mm,
                                               const LaidBeads& laid, std::span<double> area_mm2);
 
-/// Pushes a bead to the free side where neighbours of its layer take its room.
-/// @returns The pieces to add to `laid`.
-[[nodiscard]] std::vector<LaidPiece> PushAside(const LaidBeads& laid, const StrandPath& path,
-                                               Strand& strand);
+struct PushedStrand {
+  Strand strand;
+  std::vector<LaidPiece> pieces;  ///< to add to the laid beads
+};
+
+/// Shapes a bead, and moves it to the free side where neighbours of its layer take its room. Where
+/// it moves out of a bend it has further to go and becomes thinner: the volume is conserved.
+[[nodiscard]] PushedStrand PushAside(const LaidBeads& laid, const StrandPath& path,
+                                     std::span<const double> area_mm2, double spacing_mm,
+                                     const BeadOptions& options);
 
 }  // namespace trammel::sim

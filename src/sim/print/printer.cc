@@ -213,11 +213,11 @@ class StrandLayer {
     RestOn(*laid_, path);
     std::vector<double> area = AreasOf(deposit, path, traits_, options_, random);
     std::vector<Strand> fillets = FillCorners(corners, path, traits_.fillet_mm, *laid_, area);
-    Strand strand = StrandOf(path, area, options_);
-    laid_->Add(PushAside(*laid_, path, strand));
-    AddFoot(strand, traits_.foot_mm);
+    PushedStrand pushed = PushAside(*laid_, path, area, deposit.spacing_mm, options_);
+    laid_->Add(pushed.pieces);
+    AddFoot(pushed.strand, traits_.foot_mm);
     std::move(fillets.begin(), fillets.end(), std::back_inserter(strands));
-    strands.push_back(std::move(strand));
+    strands.push_back(std::move(pushed.strand));
   }
 
   [[nodiscard]] bool has_layers() const { return laid_.has_value(); }

@@ -135,7 +135,7 @@ PrinterTraits DrawTraits(double k_star_s, Random& random) {
   traits.strings_per_m = random.Uniform(0, 0.5);
   traits.foot_mm = random.Uniform(0, 0.15);
   traits.fillet_mm = random.Uniform(0.15, 0.45);
-  traits.corner_round_mm = random.Uniform(0.04, 0.2);
+  traits.corner_round_mm = random.Uniform(0.05, 0.3);
   return traits;
 }
 
