@@ -73,6 +73,8 @@ void PatternSketch::SetAcceleration(double mm_s2) {
 void PatternSketch::SetCorner(double mm_s) {
   Line(options_.firmware == PatternFirmware::kKlipper
            ? fmt::format("SET_VELOCITY_LIMIT SQUARE_CORNER_VELOCITY={:g}", mm_s)
+       : options_.firmware == PatternFirmware::kRepRap
+           ? fmt::format("M566 X{:g} Y{:g}", 60 * mm_s, 60 * mm_s)
            : fmt::format("M205 X{:g} Y{:g}", mm_s, mm_s));
 }
 
