@@ -66,6 +66,9 @@ constexpr auto kFields = std::to_array<ScanField>({
     {kCamera, "height_direction", &S::height_direction, "", 0, 0,
      "Direction in the picture in which the laser line moves where the surface rises: +x, -x, +y "
      "or -y."},
+    {kCamera, "opaque_plate", &S::opaque_plate, "", 0, 0,
+     "true: the plate is dark and lets no light in, such as steel with a dark, smooth or textured "
+     "coat. A scan then tells the flow ratio, too. Leave it out for amber PEI and for glass."},
 
     {kScan, "speed", &S::scan_speed_mm_s, "mm/s", 0.1, 500, "Speed of the sweep along a line."},
     {kScan, "skip", &S::skip_mm, "mm", 0.1, 500, "Left unscanned at either end of a line."},

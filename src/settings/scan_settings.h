@@ -42,6 +42,7 @@ struct ScanSettings {
   double laser_angle_deg = 45;
   std::optional<double> laser_angle_sigma_deg;
   AxisDirection height_direction = AxisDirection::kMinusX;
+  bool opaque_plate = false;  ///< true: the laser's light does not enter the plate
 
   // [scan]
   double scan_speed_mm_s = 400.0 / 60;  ///< paper

@@ -22,6 +22,7 @@
 #include "pressure_advance/commands/laser_recording.h"
 #include "pressure_advance/report/analysis_json.h"
 #include "pressure_advance/report/pressure_advance_report.h"
+#include "pressure_advance/response/flow_ratio.h"
 #include "pressure_advance/response/response.h"
 #include "pressure_advance/timing/frame_stamps.h"
 
@@ -77,7 +78,35 @@ void BlameBusyComputer(const pressure_advance::Scan& scan, pressure_advance::Ana
                                           pressure_advance::kBusyComputerRemedy));
 }
 
-Result<AnalysisRun> AnalyseRecording(const std::filesystem::path& folder) {
+namespace {
+
+Result<pressure_advance::AreaReading> ReadReference(const FlowReference& reference,
+                                                    const pressure_advance::Scan& scan) {
+  const auto fail = [&](const std::string& why) {
+    return Fail(fmt::format("--flow-reference {}: {}", reference.folder.string(), why));
+  };
+  const auto measured = MeasureRecording(reference.folder);
+  if (!measured) return fail(measured.error().message);
+  const pressure_advance::Scan& other = measured->scan;
+  if (other.px_per_mm != scan.px_per_mm || other.laser_angle_rad != scan.laser_angle_rad) {
+    return fail(
+        "it has another px_per_mm or laser_angle_deg, so the camera was set up anew in between: "
+        "scan the reference again");
+  }
+  if (!other.px_per_mm || !other.commanded_area_mm2) {
+    return fail(
+        "its scan.json has no px_per_mm or no commanded_area_mm2; scan it with this trammel");
+  }
+  const auto areas = pressure_advance::MeasureSteadyAreas(measured->profiles, other.motion,
+                                                          *other.commanded_area_mm2);
+  if (!areas.slow || !(areas.slow->value > 0)) return fail(areas.fault);
+  return pressure_advance::ReadingByReference(*areas.slow, reference.ratio);
+}
+
+}  // namespace
+
+Result<AnalysisRun> AnalyseRecording(const std::filesystem::path& folder,
+                                     const std::optional<FlowReference>& reference) {
   Result<LaserMeasurement> measured = MeasureRecording(folder);
   if (!measured) {
     if (measured.error().kind == ErrorKind::kMeasurement) {
@@ -85,9 +114,16 @@ Result<AnalysisRun> AnalyseRecording(const std::filesystem::path& folder) {
     }
     return tl::unexpected(measured.error());
   }
+  std::optional<pressure_advance::AreaReading> reading;
+  if (reference) reading = TRY(ReadReference(*reference, measured->scan));
   AnalysisRun run;
   run.analysis = pressure_advance::Analyse(std::move(measured->profiles), measured->scan.motion,
                                            std::move(measured->deviation));
+  run.analysis.flow = pressure_advance::EstimateFlowRatio(
+      run.analysis.profiles, measured->scan.motion,
+      {measured->scan.commanded_area_mm2, HeightScaleOf(measured->scan),
+       measured->scan.opaque_plate},
+      reading);
   run.analysis.notices.insert(run.analysis.notices.begin(), measured->notices.begin(),
                               measured->notices.end());
   BlameBusyComputer(measured->scan, run.analysis);
@@ -273,6 +309,24 @@ Written WriteFiles(const AnalysisRun& run, const ResultFile& result, const Analy
   return written;
 }
 
+void PrintFlow(const pressure_advance::FlowRatio& flow, const LineMotion& motion) {
+  const std::string sentence = report::FlowSentence(flow);
+  if (!flow.ratio.good()) {
+    fmt::print("flow ratio        {}: {}\n", VerdictText(flow.ratio.verdict()), sentence);
+    return;
+  }
+  const Quantity& ratio = flow.ratio.quantity();
+  fmt::print("flow ratio        {}: {}\n", report::WithInterval(ratio, report::kFlowRatio),
+             sentence);
+  if (const std::string slip = report::SlipSentence(flow, motion); !slip.empty()) {
+    fmt::print("                  {}\n", slip);
+  }
+  fmt::print(
+      "  to use it       filament_flow_ratio = {:.3f} in OrcaSlicer, in place of the ratio there\n"
+      "                  M221 S{:.1f} with a slicer's flow ratio of 1 (nothing applied)\n",
+      ratio.value, 100 * ratio.value);
+}
+
 // Prints the commands of the firmware that printed the lines, or of each if unknown.
 void PrintHowToUse(const std::optional<gcode::PrintedBy>& printed_by, const std::string& value_s) {
   const auto say = [&](gcode::Dialect dialect, int drive, const char* begin, std::string_view end) {
@@ -320,6 +374,7 @@ void PrintAnswer(const Analysis& analysis) {
     const Quantity& q = answer.quantity();
     PrintHowToUse(analysis.printed_by, report::SecondsText(q.value, q.standard_uncertainty));
   }
+  if (analysis.flow) PrintFlow(*analysis.flow, analysis.motion);
   std::fflush(stdout);  // before the files, which take longer than the analysis
 }
 

@@ -24,9 +24,18 @@ using report::AnalysisRun;
 /// @param analysis  of the scan's lines, in their order.
 void BlameBusyComputer(const pressure_advance::Scan& scan, pressure_advance::Analysis& analysis);
 
+/// Scan of a pattern whose right flow ratio is known, on the same plate with the same camera.
+struct FlowReference {
+  std::filesystem::path folder;
+  double ratio = 1;  ///< 0.2 … 5: right for that print's filament
+};
+
 /// Analyses a recorded laser scan. If the recording lacks data that its scan.json promises (a
 /// missing, empty or broken video), the analysis is refused; an unusable scan.json is an error.
-[[nodiscard]] Result<AnalysisRun> AnalyseRecording(const std::filesystem::path& folder);
+/// @param reference  for the flow ratio. Errors (kInput): it cannot be read, has no flow ratio's
+///     areas, or was scanned with another scale or laser angle.
+[[nodiscard]] Result<AnalysisRun> AnalyseRecording(
+    const std::filesystem::path& folder, const std::optional<FlowReference>& reference = {});
 
 /// Facts that a photo does not show.
 struct PhotoPlan {

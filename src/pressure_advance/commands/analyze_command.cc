@@ -35,6 +35,8 @@ struct AnalyzeArguments {
   std::string from;
   std::string start;
   std::string segments;
+  std::string flow_reference;
+  double reference_flow_ratio = 1;
   bool photo = false;
 };
 
@@ -131,7 +133,17 @@ Result<AnalysisRun> RunReader(const AnalyzeArguments& arguments) {
       }
     }
     if (arguments.photo) return Fail(fmt::format("--photo: {} is a recording", path.string()));
-    return AnalyseRecording(path);
+    std::optional<FlowReference> reference;
+    if (!arguments.flow_reference.empty()) {
+      reference = FlowReference{arguments.flow_reference, arguments.reference_flow_ratio};
+    }
+    return AnalyseRecording(path, reference);
+  }
+  if (!arguments.flow_reference.empty()) {
+    return Fail(
+        fmt::format("--flow-reference: {} is a photo, which shows no flow ratio: its beads' "
+                    "height is not seen",
+                    path.string()));
   }
   const FoundPlan found = TRY(PlanOf(arguments));
   Result<AnalysisRun> run = AnalysePhoto(path, found.plan);
@@ -203,6 +215,16 @@ void AddAnalyzeCommand(CLI::App& parent, int& exit_code) {
                    "photo: FRACTION:SPEED,... (with --pa; default 0.1:10,0.6:100,0.3:10)")
       ->excludes(plan)
       ->needs(pa);
+  CLI::Option* reference = command->add_option(
+      "--flow-reference", arguments->flow_reference,
+      "recording: that of a print whose flow ratio is known, on this plate with this filament's "
+      "colour and this camera; makes the flow ratio sharper, and possible on any plate");
+  command
+      ->add_option("--reference-flow-ratio", arguments->reference_flow_ratio,
+                   "the ratio that is right for the reference's filament")
+      ->check(CLI::Range(0.2, 5.0))
+      ->capture_default_str()
+      ->needs(reference);
   command->callback([arguments, &exit_code] { exit_code = CodeOf(RunAnalyze(*arguments)); });
 }
 

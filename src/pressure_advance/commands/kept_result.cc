@@ -24,10 +24,15 @@ constexpr double kMax_s = 10;  // limit of pa apply
 }  // namespace
 
 ResultFile ResultOf(const pressure_advance::Analysis& analysis, std::string source) {
-  return {{ProvenanceOf(measurement::Instrument::kPressureAdvance, {std::move(source)}),
-           {{std::string(kQuantity), "s", analysis.pressure_advance}},
-           analysis.notices},
-          report::JsonOf(analysis)};
+  ResultFile result{{ProvenanceOf(measurement::Instrument::kPressureAdvance, {std::move(source)}),
+                     {{std::string(kQuantity), "s", analysis.pressure_advance}},
+                     analysis.notices},
+                    report::JsonOf(analysis)};
+  // Others would make the verdict theirs.
+  if (analysis.flow && analysis.flow->ratio.good()) {
+    result.outcome.answers.push_back({"flow_ratio", "", analysis.flow->ratio});
+  }
+  return result;
 }
 
 measurement::Subject SubjectIn(const std::filesystem::path& folder) {

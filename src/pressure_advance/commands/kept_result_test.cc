@@ -54,6 +54,22 @@ TEST(KeptResult, IsWhatApplyTakesWithoutLookingAtTheRecordingAgain) {
   }
 }
 
+TEST(KeptResult, HasTheFlowRatioBesideTheAnswerOnlyWhereItIsGood) {
+  const test::TemporaryFolder folder;
+  auto analysis = AnalysisOf(Measured::Good({0.036, 0.0005, {0.035, 0.0371}}));
+  analysis.flow.emplace().ratio = Measured::Good({1.03, 0.01, {1.01, 1.05}});
+  ASSERT_TRUE(Keep(analysis, folder.path()));
+  const auto kept = files::ReadOutcome(folder.path(), measurement::Instrument::kPressureAdvance);
+  ASSERT_TRUE(kept) << kept.error().message;
+  ASSERT_NE(kept->Find("flow_ratio"), nullptr);
+  EXPECT_EQ(kept->Find("flow_ratio")->value.quantity().value, 1.03);
+  EXPECT_EQ(kept->answers.front().name, "pressure_advance");
+  analysis.flow->ratio = Measured::CannotTell("no scale");
+  const auto without = ResultOf(analysis, "r").outcome;
+  EXPECT_EQ(without.Find("flow_ratio"), nullptr);
+  EXPECT_EQ(without.verdict(), Verdict::kGood);
+}
+
 TEST(KeptResult, ThatIsOlderThanItsRecordingIsNotTaken) {
   const test::TemporaryFolder folder;
   const auto recording = folder.path() / "r/";

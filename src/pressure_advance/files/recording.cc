@@ -235,6 +235,8 @@ Result<ScanParts> ReadHead(JsonObject& object, Scan& scan) {
   scan.height_direction = Direction(object, "height_direction").value_or(AxisDirection::kMinusX);
   parts.crop = object.Find("crop_px");
   parts.found = object.Find("found_crop_px");
+  scan.commanded_area_mm2 = object.OptionalNumber("commanded_area_mm2");
+  scan.opaque_plate = object.OptionalChoice("plate", {"opaque"}).has_value();
   scan.line_start_mm = object.Number("line_start_mm", {}, 4);
   scan.motion.length_mm = object.Number("line_length_mm", {}, 30);
   scan.motion.acceleration_mm_s2 = object.Number("acceleration_mm_s2", {}, 3000);
@@ -307,6 +309,8 @@ ordered_json FormatHead(const Scan& scan) {
   head["height_direction"] = ToString(scan.height_direction);
   if (scan.crop) head["crop_px"] = FormatCrop(*scan.crop);
   if (scan.found_crop) head["found_crop_px"] = FormatCrop(*scan.found_crop);
+  if (scan.commanded_area_mm2) head["commanded_area_mm2"] = *scan.commanded_area_mm2;
+  if (scan.opaque_plate) head["plate"] = "opaque";
   head["line_start_mm"] = scan.line_start_mm;
   head["line_length_mm"] = scan.motion.length_mm.value_or(30);
   ordered_json& segments = head["segments"] = ordered_json::array();

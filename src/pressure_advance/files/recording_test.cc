@@ -212,6 +212,8 @@ pressure_advance::Scan FullScan() {
                  .length_mm = 40,
                  .acceleration_mm_s2 = 4000};
   scan.lines.resize(2);
+  scan.commanded_area_mm2 = 0.1104;
+  scan.opaque_plate = true;
   scan.lines[0].video = "a/line0.avi";
   scan.lines[0].frame_times_s = {1.0 / 3, 0.5, 123456.789012345};
   scan.lines[0].frame_positions_mm = {std::nullopt, 4.1, 1.0 / 3};
@@ -237,6 +239,8 @@ TEST(FormatScan, ReadsBackAsTheSameScanWithOrWithoutKeysOfOnesOwn) {
       ASSERT_TRUE(read.has_value()) << read.error().message << '\n' << text;
       EXPECT_EQ(FormatScan(*read, extra), text);
       EXPECT_NEAR(read->laser_angle_rad, scan.laser_angle_rad, 1e-10);
+      EXPECT_EQ(read->commanded_area_mm2, scan.commanded_area_mm2);
+      EXPECT_EQ(read->opaque_plate, scan.opaque_plate);
       EXPECT_EQ(read->lines[0].frame_positions_mm, scan.lines[0].frame_positions_mm);
       EXPECT_EQ(text.find("x_note") != std::string::npos, extra.contains("x_note"));
     }

@@ -12,6 +12,7 @@
 #include <utility>
 
 #include "files/new_file.h"
+#include "gcode/bead.h"
 #include "pressure_advance/files/recording.h"
 #include "pressure_advance/procedure/plate_layout.h"
 #include "pressure_advance/procedure/recorded_frames.h"
@@ -44,6 +45,11 @@ Scan DescribeScan(const ScanRequest& request) {
     const auto whole = [&](std::size_t i) { return static_cast<int>(settings.crop_px[i]); };
     scan.crop = PixelRect{whole(0), whole(1), whole(2), whole(3)};
   }
+  const pressure_advance::PatternPlan& plan = request.plan;
+  if (plan.layer_height_mm > 0 && plan.line_width_mm >= plan.layer_height_mm) {
+    scan.commanded_area_mm2 = gcode::BeadArea_mm2(plan.line_width_mm, plan.layer_height_mm);
+  }
+  scan.opaque_plate = settings.opaque_plate;
   scan.line_start_mm = settings.skip_mm;
   scan.motion.segments = request.plan.segments;
   scan.motion.length_mm = request.plan.line_length_mm;

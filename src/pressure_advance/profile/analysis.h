@@ -73,6 +73,43 @@ struct Repeats {
   bool disagree = false;
 };
 
+/// Area of a scan's lines over the commanded one, as it is read.
+struct AreaShare {
+  double value = 0;
+  double sigma = 0;    ///< 1 sigma, by the lines' scatter
+  double freedom = 1;  ///< degrees of freedom of sigma
+  int lines = 0;
+};
+
+struct SteadyAreas {
+  std::optional<AreaShare> slow;  ///< absent: see `fault`
+  std::optional<AreaShare> fast;  ///< absent without a steady fast stretch
+  int broken = 0;                 ///< lines left out as their bead parted
+  double area_change = 0;         ///< from the first line to the last, relative
+  double area_sigmas = 0;         ///< that over its standard error
+  double height_change = 0;       ///< of the beads' heights, likewise
+  double height_sigmas = 0;
+  std::string fault;  ///< why there is no slow area; empty if there is
+};
+
+/// Contributions to a flow ratio's uncertainty: 1 sigma, relative.
+struct FlowBudget {
+  double lines = 0;    ///< scatter
+  double wander = 0;   ///< of the flow, more slowly than a print lasts
+  double scale = 0;    ///< camera's scale and the laser's angle
+  double reading = 0;  ///< what the reader sees of a bead
+};
+
+/// Flow ratio (extrusion multiplier).
+struct FlowRatio {
+  /// Commanded over laid area: what to set where the pattern was printed with 1. Above 1 the
+  /// printer lays too little.
+  Measured ratio;
+  std::optional<SteadyAreas> areas;
+  FlowBudget budget;          ///< of a ratio that is good
+  bool by_reference = false;  ///< compared with a scan of a known flow ratio
+};
+
 /// All results of one printed line.
 struct LineResult {
   double pressure_advance_s = 0;
@@ -88,6 +125,7 @@ struct Analysis : RangedAnswer {
   std::optional<HeightScale> scale;   ///< laser scans with known pixel size in mm
   ResponseResult response;
   DeviationResult deviation;
+  std::optional<FlowRatio> flow;     ///< laser scans
   std::optional<Repeats> repeats;    ///< absent: one pattern, or no response
   std::vector<std::string> notices;  ///< for the user, although the verdict holds
   std::optional<gcode::PrintedBy> printed_by = gcode::PrintedBy{};  ///< absent: not known

@@ -157,6 +157,9 @@ Result<void> Validate(const Scan& scan) {
     check.Number("px_per_mm", *scan.px_per_mm, {1, 10000});
   }
   if (scan.px_per_mm_sigma) check.Number("px_per_mm_sigma", *scan.px_per_mm_sigma, {0, 1000, true});
+  if (scan.commanded_area_mm2) {
+    check.Number("commanded_area_mm2", *scan.commanded_area_mm2, {0, 100, true});
+  }
   // The bounds are in degrees; rounding of the conversion must not put 85 outside.
   const auto degrees = [](double angle_rad) { return std::round(angle_rad / kDegree * 1e9) / 1e9; };
   check.Number("laser_angle_deg", degrees(scan.laser_angle_rad), {5, 85});

@@ -41,9 +41,11 @@ struct Scan {
       0.785398163397448;  ///< between sheet and camera axis: shift = height tan
   AxisDirection height_direction = AxisDirection::kMinusX;  ///< image direction of a rising surface
   std::optional<PixelRect> crop;                            ///< absent: found from the frames
-  std::optional<PixelRect> found_crop;  ///< used without `crop`: found while it was recorded
-  double line_start_mm = 0;             ///< laser in the first scored frame, from the printed start
-  LineMotion motion;                    ///< length and acceleration are present in a scan
+  std::optional<PixelRect> found_crop;       ///< used without `crop`: found while it was recorded
+  std::optional<double> commanded_area_mm2;  ///< of the beads, > 0; flow in force included
+  bool opaque_plate = false;  ///< true: no light enters the plate, as its owner states
+  double line_start_mm = 0;   ///< laser in the first scored frame, from the printed start
+  LineMotion motion;          ///< length and acceleration are present in a scan
 };
 
 /// Returns the scale from pixels to heights and areas. Absent without px_per_mm.

@@ -9,6 +9,7 @@
 #include "base/measured_json.h"
 #include "base/statistics.h"
 #include "document/json_number.h"
+#include "pressure_advance/report/pressure_advance_report.h"
 
 namespace trammel::report {
 namespace {
@@ -132,6 +133,32 @@ Json Lines(const pa::Analysis& analysis) {
   return lines;
 }
 
+Json ShareJson(const std::optional<pa::AreaShare>& share) {
+  if (!share) return nullptr;
+  return {{"value", Number(share->value)},
+          {"standard_uncertainty", Number(share->sigma)},
+          {"lines", share->lines}};
+}
+
+/// Returns the flow ratio, and the areas as read over the commanded one.
+Json FlowJson(const std::optional<pa::FlowRatio>& flow) {
+  if (!flow) return nullptr;
+  Json object = MeasuredJson(flow->ratio);
+  object["says"] = FlowSentence(*flow);
+  const pa::SteadyAreas areas = flow->areas.value_or(pa::SteadyAreas{});
+  object["slow_area_read"] = ShareJson(areas.slow);
+  object["fast_area_read"] = ShareJson(areas.fast);
+  object["broken_lines"] = areas.broken;
+  object["by_reference"] = flow->by_reference;
+  const pa::FlowBudget& budget = flow->budget;
+  object["budget"] = flow->ratio.good() ? Json{{"lines", Number(budget.lines)},
+                                               {"wander", Number(budget.wander)},
+                                               {"scale", Number(budget.scale)},
+                                               {"reading", Number(budget.reading)}}
+                                        : Json(nullptr);
+  return object;
+}
+
 Json RepeatJson(const pa::Repeats& repeats) {
   Json patterns = Json::array();
   for (const Measured& pattern : repeats.pattern_s) {
@@ -174,6 +201,7 @@ Json JsonOf(const pa::Analysis& analysis, const std::optional<std::string>& repo
   root["scale"] = Scale(analysis.scale);
   root["lines"] = Lines(analysis);
   root["deviation"] = Deviation(analysis.deviation);
+  root["flow_ratio"] = FlowJson(analysis.flow);
   root["repeat"] = analysis.repeats ? RepeatJson(*analysis.repeats) : Json(nullptr);
   root["notices"] = analysis.notices;
   root["report"] = report_path ? Json(*report_path) : Json(nullptr);

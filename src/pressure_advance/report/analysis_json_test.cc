@@ -59,6 +59,24 @@ TEST(AnalysisJson, GivesHeightsAndAreasInMillimetresAsWellAsScaleAndAngleAreKnow
   EXPECT_TRUE(JsonOf(analysis)["scale"].is_null());
 }
 
+TEST(AnalysisJson, HasTheFlowRatioWithItsWordsAndPartsOrNull) {
+  auto analysis = Good();
+  const json flow = JsonOf(analysis)["flow_ratio"];
+  EXPECT_EQ(flow["verdict"], "good");
+  EXPECT_EQ(flow["value"], 1.031);
+  EXPECT_EQ(flow["says"], "the printer lays 3.0 % too little: set the flow ratio to 1.031");
+  EXPECT_EQ(flow["slow_area_read"]["lines"], 10);
+  EXPECT_EQ(flow["fast_area_read"]["value"], 0.927);
+  EXPECT_EQ(flow["budget"]["scale"], 0.005);
+  analysis.flow->ratio = Measured::CannotTell("no scale");
+  const json none = JsonOf(analysis)["flow_ratio"];
+  EXPECT_TRUE(none["value"].is_null());
+  EXPECT_TRUE(none["budget"].is_null());
+  EXPECT_EQ(none["reason"], "no scale");
+  analysis.flow.reset();
+  EXPECT_TRUE(JsonOf(analysis)["flow_ratio"].is_null());
+}
+
 TEST(AnalysisJson, UnusedLinesAndMissingScoresAreNull) {
   auto analysis = Good();
   analysis.deviation.score_px[1].reset();

@@ -86,6 +86,16 @@ pa::WeighedStorage MakeLaw(const MadeUp& made_up) {
 
 }  // namespace
 
+pa::FlowRatio MakeFlow() {
+  pa::FlowRatio flow;
+  flow.ratio = Measured::Good({1.031, 0.009, {1.013, 1.049}});
+  flow.areas.emplace();
+  flow.areas->slow = pa::AreaShare{0.945, 0.004, 8, 10};
+  flow.areas->fast = pa::AreaShare{0.927, 0.005, 8, 10};
+  flow.budget = {0.004, 0.004, 0.005, 0.004};
+  return flow;
+}
+
 pa::Analysis MakeAnalysis(const MadeUp& made_up) {
   pa::Analysis analysis;
   analysis.pressure_advance = Around(kTruth_s, 0.0007);
@@ -110,6 +120,7 @@ pa::Analysis MakeAnalysis(const MadeUp& made_up) {
     analysis.deviation.r_squared = 0.9;
     analysis.scale = pa::HeightScale{44, 1 / 44.0, 0.01, 0.015};
     analysis.response.law = MakeLaw(made_up);
+    analysis.flow = MakeFlow();
   }
   if (made_up.lines > 4) {
     analysis.lines[2].used = false;

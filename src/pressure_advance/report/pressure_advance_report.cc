@@ -100,6 +100,32 @@ std::vector<AnswerRow> AnswerRows(const pa::Analysis& analysis) {
   return rows;
 }
 
+std::string FlowSentence(const pa::FlowRatio& flow) {
+  if (!flow.ratio.good()) return flow.ratio.reason();
+  const Quantity& ratio = flow.ratio.quantity();
+  const double missing = 1 - 1 / ratio.value;
+  const std::string set = fmt::format("set the flow ratio to {}",
+                                      NumberText(ratio.value, kFlowRatio.min_decimals, false));
+  if (ratio.interval95.lo <= 1 && ratio.interval95.hi >= 1) {
+    return fmt::format(
+        "the printer lays what is commanded, as far as this scan tells ({:.1f} % too {}): "
+        "a flow ratio of 1 is as good as {}",
+        100 * std::abs(missing), missing < 0 ? "much" : "little",
+        NumberText(ratio.value, kFlowRatio.min_decimals, false));
+  }
+  return fmt::format("the printer lays {:.1f} % too {}: {}", 100 * std::abs(missing),
+                     missing < 0 ? "much" : "little", set);
+}
+
+std::string SlipSentence(const pa::FlowRatio& flow, const pa::LineMotion& motion) {
+  if (!flow.areas || !flow.areas->slow || !flow.areas->fast || motion.segments.size() != 3)
+    return "";
+  const double less = 1 - flow.areas->fast->value / flow.areas->slow->value;
+  return fmt::format("at {:.4g} mm/s the lines have {:.1f} % {} than at {:.4g} mm/s",
+                     motion.segments[1].speed_mm_s, 100 * std::abs(less),
+                     less < 0 ? "more" : "less", motion.segments[0].speed_mm_s);
+}
+
 namespace {
 
 std::string Facts(const ReportOptions& options) {
@@ -181,6 +207,35 @@ std::string Next(const pa::Analysis& analysis, bool has_figures) {
                           PressureAdvanceCommands(gcode::Dialect::kKlipper, value).front()));
 }
 
+std::string FlowCard(const pa::Analysis& analysis) {
+  if (!analysis.flow) return "";
+  const pa::FlowRatio& flow = *analysis.flow;
+  if (!flow.ratio.good()) {
+    return Card("Flow ratio (extrusion multiplier)",
+                fmt::format("<p>{}: {}.</p>\n", VerdictText(flow.ratio.verdict()),
+                            EscapeHtml(FlowSentence(flow))));
+  }
+  const Quantity& ratio = flow.ratio.quantity();
+  const std::string value = NumberText(ratio.value, kFlowRatio.min_decimals, false);
+  const std::string slip = SlipSentence(flow, analysis.motion);
+  return Card(
+      "Flow ratio (extrusion multiplier)",
+      AnswerLine(ValueText(ratio.value, ratio.interval95, kFlowRatio),
+                 IntervalText(ratio.interval95, kFlowRatio)) +
+          fmt::format(
+              "<p>In words: {}.{}</p>\n"
+              "<p>OrcaSlicer, filament settings, in place of the ratio there:</p>\n"
+              "<pre>filament_flow_ratio = {}</pre>\n"
+              "<p>Klipper or Marlin, to try it with a slicer's flow ratio of 1:</p>\n"
+              "<pre>M221 S{:.1f}</pre>\n"
+              "<p class=\"quiet\">Nothing was applied. The pattern was printed with a flow "
+              "ratio of 1. The slow stretches of {} lines count{}. It holds for the filament "
+              "that was printed, with the filament diameter set in the pattern.</p>\n",
+              EscapeHtml(FlowSentence(flow)), slip.empty() ? "" : " " + EscapeHtml(slip) + ".",
+              value, 100 * ratio.value, flow.areas->slow->lines,
+              flow.by_reference ? ", beside a scan of a known flow ratio" : ""));
+}
+
 std::string Parts(const pa::Analysis& analysis) {
   Table table({{""}, {"value"}, {"interval"}, {"", true}});
   for (const AnswerRow& row : AnswerRows(analysis)) {
@@ -235,6 +290,7 @@ std::string PageOf(const pa::Analysis& analysis, const std::vector<Figure>& figu
   page += Facts(options);
   page += Head(analysis);
   page += Next(analysis, !figures.empty());
+  page += FlowCard(analysis);
   page += ListCard("Worth knowing", analysis.notices);
   page += Parts(analysis);
   for (const Figure& figure : figures) page += Card("", FigureHtml(figure, detail));

@@ -161,5 +161,34 @@ TEST(Base64, MatchesTheVectorsOfRfc4648) {
   EXPECT_EQ(Base64("\xff\xfe"), "//4=");
 }
 
+TEST(PressureAdvanceReport, SaysInWordsWhichWayTheFlowRatioIsWrong) {
+  pa::FlowRatio flow = test::MakeFlow();
+  EXPECT_EQ(FlowSentence(flow), "the printer lays 3.0 % too little: set the flow ratio to 1.031");
+  flow.ratio = Measured::Good({0.97, 0.009, {0.952, 0.988}});
+  EXPECT_EQ(FlowSentence(flow), "the printer lays 3.1 % too much: set the flow ratio to 0.970");
+  flow.ratio = Measured::Good({0.99, 0.009, {0.972, 1.008}});
+  EXPECT_TRUE(Has(FlowSentence(flow), "the printer lays what is commanded"));
+  EXPECT_TRUE(Has(SlipSentence(flow, test::MakeAnalysis({}).motion),
+                  "at 150 mm/s the lines have 1.9 % less than at 5 mm/s"));
+}
+
+TEST(PressureAdvanceReport, ShowsTheFlowRatioWithTheLinesToPasteOrTheReasonForNone) {
+  auto analysis = test::MakeAnalysis({.frames = 40});
+  const std::string page = Page(analysis);
+  EXPECT_EQ(test::XmlProblem(page), "");
+  const std::string text = Text(page);
+  EXPECT_TRUE(Has(text, "95 %: 1.013 to 1.049"));
+  EXPECT_TRUE(Has(text, "lays 3.0 % too little: set the flow ratio to 1.031"));
+  EXPECT_TRUE(Has(text, "filament_flow_ratio = 1.031"));
+  EXPECT_TRUE(Has(text, "M221 S103.1"));
+  EXPECT_TRUE(Has(text, "Nothing was applied"));
+  analysis.flow->ratio = Measured::CannotTell("the scale is <unknown>");
+  const std::string without = Text(Page(analysis));
+  EXPECT_TRUE(Has(without, "the scale is &lt;unknown&gt;"));
+  EXPECT_FALSE(Has(without, "M221"));
+  analysis.flow.reset();
+  EXPECT_FALSE(Has(Text(Page(analysis)), "Flow ratio"));
+}
+
 }  // namespace
 }  // namespace trammel::report
