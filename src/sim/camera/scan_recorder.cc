@@ -14,6 +14,7 @@
 #include "files/new_file.h"
 #include "image/avi_writer.h"
 #include "sim/camera/jpeg.h"
+#include "sim/print/bead.h"
 
 namespace trammel::sim {
 namespace {
@@ -111,10 +112,18 @@ ordered_json ScanHead(const Plan& plan, const LaserTraits& optics, const ScanOpt
   scan["eye"] = "laser";
   scan["frames_per_s"] = options.frames_per_s;
   scan["scan_speed_mm_s"] = options.scan_speed_mm_s;
-  scan["px_per_mm"] = kNominalPxPerMm;
-  scan["laser_angle_deg"] = optics.laser_angle_rad * 180 / std::numbers::pi;
+  constexpr double kDegree = std::numbers::pi / 180;
+  scan["px_per_mm"] = options.set_up ? options.set_up->px_per_mm : kNominalPxPerMm;
+  scan["laser_angle_deg"] =
+      (options.set_up ? options.set_up->laser_angle_rad : optics.laser_angle_rad) / kDegree;
+  if (options.set_up) {
+    scan["px_per_mm_sigma"] = options.set_up->px_per_mm_sigma;
+    scan["laser_angle_sigma_deg"] = options.set_up->laser_angle_sigma_rad / kDegree;
+  }
+  scan["commanded_area_mm2"] = StadiumArea(plan.line_width_mm, plan.layer_height_mm);
   scan["height_direction"] = "-x";
   scan["crop_px"] = {{"x", 837 - window.x}, {"y", 341 - window.y}, {"width", 45}, {"height", 60}};
+  if (options.opaque_plate) scan["plate"] = "opaque";
   scan["line_start_mm"] = options.skip_mm;
   scan["line_length_mm"] = plan.line_length_mm;
   for (const PlannedSegment& segment : plan.segments) {
@@ -140,6 +149,18 @@ Result<void> CreateFolder(const std::filesystem::path& folder) {
 }
 
 }  // namespace
+
+SetUpScale DrawSetUpScale(const LaserTraits& optics, Random& random) {
+  // Standard errors of tests/integration/setup_study.cc.
+  constexpr double kScaleShare = 0.002;
+  constexpr double kAngle_rad = 0.12 * std::numbers::pi / 180;
+  // Beside the optical axis a rising surface also moves outwards, as it comes nearer.
+  const double beside_mm = (optics.stripe_column_px - kSensorWidthPx / 2.0) / optics.px_per_mm;
+  const double angle_rad =
+      std::atan(std::tan(optics.laser_angle_rad) - beside_mm / optics.distance_mm);
+  return {optics.px_per_mm * (1 + random.Normal(0, kScaleShare)), kScaleShare * optics.px_per_mm,
+          angle_rad + random.Normal(0, kAngle_rad), kAngle_rad};
+}
 
 ScanOptions ScanOptionsFor(const Plan& plan) {
   constexpr double kShortSpeed_mm_s = 20;
@@ -203,6 +224,7 @@ Result<void> WriteTruthFile(const std::filesystem::path& path, const PrintTruth&
                             std::uint64_t seed, const std::string& condition) {
   return WriteJson(path, {{"format", 1},
                           {"pressure_advance_s", truth.pressure_advance_s},
+                          {"flow_factor", truth.flow_factor},
                           {"seed", seed},
                           {"condition", condition}});
 }

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <string>
 
 #include "base/random.h"
@@ -13,6 +14,17 @@
 
 namespace trammel::sim {
 
+/// Scale and angle that a set-up of the camera found, with standard uncertainties.
+struct SetUpScale {
+  double px_per_mm = 0;
+  double px_per_mm_sigma = 0;
+  double laser_angle_rad = 0;  ///< shift over height, as an angle: perspective included
+  double laser_angle_sigma_rad = 0;
+};
+
+/// Draws a set-up's answer, with the errors of trammel pa setup on virtual printers.
+[[nodiscard]] SetUpScale DrawSetUpScale(const LaserTraits& optics, Random& random);
+
 struct ScanOptions {
   int frame_width_px = kSensorWidthPx;    ///< 64 … 1280; smaller frames are windows of the sensor
   int frame_height_px = kSensorHeightPx;  ///< 64 … 720
@@ -20,6 +32,8 @@ struct ScanOptions {
   double scan_speed_mm_s = 400.0 / 60;    ///< the paper's 400 mm/min; > 0 … 100
   int frames_per_s = 30;                  ///< 1 … 240
   double skip_mm = 4;                     ///< at either end of a line; the paper's
+  bool opaque_plate = false;              ///< state that no light enters the plate
+  std::optional<SetUpScale> set_up;  ///< absent: a nominal scale of unknown uncertainty is stated
 };
 
 /// Returns the paper's scan, or, for lines that change speed before its skip ends, a faster one

@@ -35,6 +35,8 @@ struct ScanArguments {
   bool all_conditions = false;
   std::uint64_t seed = 0;
   std::optional<double> pressure_advance_s;
+  double flow_factor = 1;
+  bool set_up = false;
   std::string frame = "1280x720";
   int pattern = 0;
   std::string out;
@@ -81,8 +83,8 @@ Result<void> RecordConditions(const ScanArguments& arguments) {
   options.frame_height_px = frame.height_px;
   const std::string gcode = TRY(files::ReadWholeFile(arguments.gcode, kLargestGcode));
   const SlowWork work("printing and scanning");
-  const Result<sim::Print> print =
-      sim::PrintInWorld(gcode, arguments.seed, arguments.pressure_advance_s);
+  const Result<sim::Print> print = sim::PrintInWorld(
+      gcode, arguments.seed, arguments.pressure_advance_s, {}, arguments.flow_factor);
   if (!print) return Fail(arguments.gcode + ": " + print.error().message);
   for (const std::string& note : print->notes) fmt::print(stderr, "note: {}\n", note);
 
@@ -91,6 +93,11 @@ Result<void> RecordConditions(const ScanArguments& arguments) {
     const std::filesystem::path folder = arguments.all_conditions ? out / name : out;
     Random random = sim::LaserRandom(arguments.seed, condition);
     const sim::LaserTraits optics = sim::DrawLaserTraits(condition, random);
+    options.opaque_plate = arguments.set_up && condition.plate != sim::Plate::kPei;
+    if (arguments.set_up) {
+      Random set_up = random.Fork(2);
+      options.set_up = sim::DrawSetUpScale(optics, set_up);
+    }
     TRY(sim::RecordScan(print->bed, plan, condition, optics, options, random.Fork(1), folder));
     TRY(sim::WriteTruth(folder, print->truth, arguments.seed, name));
     fmt::print("{}\n", folder.string());
@@ -124,6 +131,11 @@ void AddSimScan(CLI::App& parent, int& exit_code) {
   AddSeed(*scan, arguments->seed);
   scan->add_option("--pressure-advance", arguments->pressure_advance_s,
                    "the truth in s; without it, the seed's, as for trammel-sim printer");
+  scan->add_option("--flow-factor", arguments->flow_factor,
+                   "delivered over commanded filament, 0.2 ... 2")
+      ->capture_default_str();
+  scan->add_flag("--set-up", arguments->set_up,
+                 "state scale, angle and plate as a set-up would; else the scale is nominal");
   scan->add_option("--frame", arguments->frame, "size in px; smaller than the sensor is a window")
       ->capture_default_str();
   scan->add_option("--pattern", arguments->pattern, "which pattern of the plan")

@@ -38,6 +38,7 @@ struct PrintTruth {
   /// Prints with sharp corners: the pressure advance that lays the commanded filament around them
   /// (print/corner_truth.h).
   std::optional<double> corner_s = std::nullopt;
+  double flow_factor = 1;  ///< delivered over commanded flow; scatter, drift, slip apart
 };
 
 }  // namespace trammel::sim

@@ -35,6 +35,8 @@ Result<Plan> ParsePlan(std::string_view text, const std::string& file) {
   Plan plan;
   plan.line_length_mm = root.Number("line_length_mm", {1e-3, 2000});
   plan.acceleration_mm_s2 = root.Number("acceleration_mm_s2", {1e-3, 1e6});
+  plan.layer_height_mm = root.Number("layer_height_mm", {1e-3, 10});
+  plan.line_width_mm = root.Number("line_width_mm", {plan.layer_height_mm, 100});
   for (const nlohmann::json& entry : root.List("segments", 1, 100)) {
     files::JsonObject object = root.Inner(entry, fmt::format("segments[{}]", plan.segments.size()));
     const double fraction = object.Number("fraction", {1e-6, 1});

@@ -28,6 +28,8 @@ struct PlannedLine {
 struct Plan {
   double line_length_mm = 0;
   double acceleration_mm_s2 = 0;
+  double layer_height_mm = 0;
+  double line_width_mm = 0;
   std::vector<PlannedSegment> segments;
   std::vector<PlannedLine> lines;
 };

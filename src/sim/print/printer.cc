@@ -93,7 +93,8 @@ std::vector<StrokeFlow> DrawFlows(std::span<const Stroke> strokes, const Storage
     flow.law = law;
     flow.law.scale_s *=
         std::max(kMinFactor, 1 + random.Normal(0, traits.lag_scatter_s) / traits.k_star_s);
-    flow.factor = std::max(kMinFactor, 1 + random.Normal(0, traits.flow_scatter));
+    flow.factor =
+        std::max(kMinFactor, traits.flow_factor * (1 + random.Normal(0, traits.flow_scatter)));
     flow.start_loss_mm = traits.start_loss_mm + random.Normal(0, traits.start_loss_scatter_mm);
     flows.push_back(flow);
   }
@@ -129,7 +130,7 @@ class StrokePath {
 double GapAt(const Position& nozzle, const PrinterTraits& traits) {
   const double plate_mm = traits.plate_tilt_x * (nozzle.x_mm - 0.5 * traits.bed_size_x_mm) +
                           traits.plate_tilt_y * (nozzle.y_mm - 0.5 * traits.bed_size_y_mm);
-  return std::max(kMinGapMm, nozzle.z_mm - plate_mm);
+  return std::max(kMinGapMm, nozzle.z_mm + traits.gap_error_mm - plate_mm);
 }
 
 // Follows the nozzle over the plate.
@@ -360,6 +361,7 @@ Result<Print> PrintGcode(std::string_view gcode, const PrinterTraits& traits, Ra
   print.truth.pressure_advance_s = IdealPressureAdvance(law, lines.slow_mm_s, lines.fast_mm_s);
   print.truth.tangent_s = 1 / FlowFromStored(law, Stored(law, lines.fast_mm_s)).slope_per_s;
   if (layer.has_layers()) print.truth.corner_s = CornerPressureAdvance(plan, strokes, law);
+  print.truth.flow_factor = traits.flow_factor;
   print.notes = NotesOf(program, lines, print.bed);
   return print;
 }
@@ -370,6 +372,7 @@ namespace {
 enum Stream : std::uint64_t { kTruth = 1, kTraits, kPrint, kPhotoReader, kLaserReader = 100 };
 
 constexpr Interval kTruthS{0.015, 0.045};  // the middle half of what a pattern tests by default
+constexpr Interval kFlowFactors{0.2, 2};   // of PrinterTraits
 
 }  // namespace
 
@@ -378,12 +381,17 @@ double TruthOf(std::uint64_t seed) {
 }
 
 Result<Print> PrintInWorld(std::string_view gcode, std::uint64_t seed,
-                           std::optional<double> k_star_s, std::optional<double> exponent) {
+                           std::optional<double> k_star_s, std::optional<double> exponent,
+                           double flow_factor) {
   const Random world(seed);
   if (!k_star_s) k_star_s = TruthOf(seed);
   if (!(*k_star_s >= 0.0001 && *k_star_s <= 10)) {
     return Fail(fmt::format(
         "a virtual printer's true pressure advance of {} s is outside 0.0001 ... 10", *k_star_s));
+  }
+  if (!(flow_factor >= kFlowFactors.lo && flow_factor <= kFlowFactors.hi)) {
+    return Fail(fmt::format("a virtual printer's flow factor of {} is outside {} ... {}",
+                            flow_factor, kFlowFactors.lo, kFlowFactors.hi));
   }
   Random traits_random = world.Fork(kTraits);
   Random print_random = world.Fork(kPrint);
@@ -396,6 +404,7 @@ Result<Print> PrintInWorld(std::string_view gcode, std::uint64_t seed,
     traits.law.kind = StorageKind::kPower;
     traits.law.exponent = *exponent;
   }
+  traits.flow_factor = flow_factor;
   return PrintGcode(gcode, traits, print_random);
 }
 

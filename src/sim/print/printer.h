@@ -36,10 +36,13 @@ struct Print {
 
 /// Prints in a seed's world. Without `k_star_s` the truth is TruthOf(seed), without `exponent` the
 /// storage law is the seed's; with it a power law.
-/// Errors as PrintGcode; and (kInput) a truth outside 0.0001 … 10 s, an exponent outside 0.2 … 1.
+/// @param flow_factor  as in PrinterTraits.
+/// Errors as PrintGcode; and (kInput) a truth outside 0.0001 … 10 s, an exponent outside 0.2 … 1,
+/// a flow factor out of range.
 [[nodiscard]] Result<Print> PrintInWorld(std::string_view gcode, std::uint64_t seed,
                                          std::optional<double> k_star_s,
-                                         std::optional<double> exponent = {});
+                                         std::optional<double> exponent = {},
+                                         double flow_factor = 1);
 
 /// Returns the random generator of laser and camera in one condition: each sees the same print
 /// anew.

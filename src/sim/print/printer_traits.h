@@ -70,6 +70,7 @@ struct PrinterTraits {
   double lag_scatter_s = 0;  ///< 1 sigma of one line's K* about the mean, 0 … 0.1
 
   /// Flow, as shares of the commanded flow.
+  double flow_factor = 1;           ///< mean of the delivered flow, 0.2 … 2
   double flow_scatter = 0;          ///< 1 sigma line to line, 0 … 0.2
   double flow_drift = 0;            ///< amplitude of a slow wander over the print, 0 … 0.2
   double flow_noise = 0;            ///< 1 sigma along a line, 0 … 0.2
@@ -83,6 +84,7 @@ struct PrinterTraits {
   /// The bead.
   double smear_mm = 0.3;          ///< length over which the melt levels along the path, 0 … 2
   double break_area_mm2 = 0.012;  ///< below it a bead parts into droplets, 0 … 1
+  double gap_error_mm = 0;        ///< nozzle above its commanded height, -0.2 … 0.2
   double plate_tilt_x = 0;        ///< rise of the plate per mm in x, about the bed's centre, +-0.01
   double plate_tilt_y = 0;        ///< the same in y
 
