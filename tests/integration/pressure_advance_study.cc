@@ -241,6 +241,119 @@ TEST(PressureAdvanceStudy, FaultsOfTheLaserLineAreNamedAndNothingElse) {
   }
 }
 
+// Flow ratio.
+
+/// What is wrong with the print and the set-up, beside the flow: half widths of even draws.
+struct FlowFault {
+  std::string name;
+  double gap_mm = 0.05;  ///< the nozzle's height over the plate
+  double tilt = 3e-4;    ///< of the bed, in x and y
+  bool set_up = true;    ///< scale and angle have uncertainties
+};
+
+struct FlowAnswers {
+  StudyAnswer by_plate, by_reference;
+};
+
+/// Prints with a flow factor and scans it, on an opaque plate as its owner states it.
+Result<void> ScanFlow(const Pattern& pattern, const sim::Condition& condition, double flow_factor,
+                      const FlowFault& fault, Random random, const sim::LaserTraits& optics,
+                      const std::optional<sim::SetUpScale>& set_up, const fs::path& folder) {
+  Random traits_random = random.Fork(1), print_random = random.Fork(2);
+  auto traits = sim::DrawTraits(random.Uniform(0.015, 0.045), traits_random);
+  traits.flow_factor = flow_factor;
+  traits.gap_error_mm = random.Uniform(-fault.gap_mm, fault.gap_mm);
+  traits.plate_tilt_x += random.Uniform(-fault.tilt, fault.tilt);
+  traits.plate_tilt_y += random.Uniform(-fault.tilt, fault.tilt);
+  const auto print = sim::PrintGcode(pattern.gcode, traits, print_random);
+  if (!print) return tl::unexpected(print.error());
+  sim::ScanOptions options;
+  options.scan_speed_mm_s = pattern.scan.scan_speed_mm_s;
+  options.skip_mm = pattern.scan.skip_mm;
+  options.frame_width_px = 160;
+  options.frame_height_px = 120;
+  options.opaque_plate = condition.plate != sim::Plate::kPei;
+  options.set_up = set_up;
+  return sim::RecordScan(print->bed, pattern.plan, condition, optics, options, random.Fork(3),
+                         folder);
+}
+
+/// A world: a print of a known flow ratio, then one of a hidden one, under the same camera.
+FlowAnswers FlowOf(const Pattern& pattern, std::uint64_t seed, const sim::Condition& condition,
+                   const FlowFault& fault) {
+  constexpr Interval kFactors{0.85, 1.15};
+  const Random world(seed);
+  Random factors = world.Fork(1), optics_random = sim::LaserRandom(seed, condition);
+  const sim::LaserTraits optics = sim::DrawLaserTraits(condition, optics_random);
+  Random set_up_random = world.Fork(2);
+  std::optional<sim::SetUpScale> set_up;
+  if (fault.set_up) set_up = sim::DrawSetUpScale(optics, set_up_random);
+  const double known = factors.Uniform(kFactors.lo, kFactors.hi);
+  const double hidden = factors.Uniform(kFactors.lo, kFactors.hi);
+  const fs::path folder =
+      fs::temp_directory_path() / fmt::format("trammel-flow-{}-{}", ::getpid(), seed);
+  fs::remove_all(folder);
+  fs::create_directories(folder);
+  const Interval truth{1 / hidden, 1 / hidden};
+  FlowAnswers answers{{Measured(), truth}, {Measured(), truth}};
+  const fs::path first = folder / "known", second = folder / "hidden";
+  if (!ScanFlow(pattern, condition, known, fault, world.Fork(3), optics, set_up, first) ||
+      !ScanFlow(pattern, condition, hidden, fault, world.Fork(4), optics, set_up, second)) {
+    ADD_FAILURE() << "seed " << seed << " was not printed or recorded";
+    return answers;
+  }
+  const auto by_plate = app::AnalyseRecording(second);
+  const auto by_reference = app::AnalyseRecording(second, app::FlowReference{first, 1 / known});
+  fs::remove_all(folder);
+  if (!by_plate || !by_reference) {
+    ADD_FAILURE() << "seed " << seed << " was not analysed";
+    return answers;
+  }
+  const auto ratio = [](const report::AnalysisRun& run) {
+    return run.analysis.flow ? run.analysis.flow->ratio : Measured::Refused("not analysed");
+  };
+  answers.by_plate.measured = ratio(*by_plate);
+  answers.by_reference.measured = ratio(*by_reference);
+  return answers;
+}
+
+TEST(PressureAdvanceStudy, FlowRatiosLieInTheirIntervals) {
+  constexpr double kPercent = 100;
+  const auto conditions = sim::AllConditions();
+  const StudySeeds seeds = SeedsOfStudy(60);
+  const Pattern pattern = PatternOfPreset();
+  const auto condition_of = [&](std::size_t i) { return conditions[(seeds.first + i) % 12]; };
+  PrintStudyHead("%");
+  for (const FlowFault& fault :
+       {FlowFault{"drawn"}, FlowFault{"gap +-0.1 mm", 0.1}, FlowFault{"tilt +-2 mm/m", 0.05, 2e-3},
+        FlowFault{"no set-up", 0.05, 3e-4, false}}) {
+    if (!RowIsWanted(fault.name)) continue;
+    std::vector<FlowAnswers> answers(static_cast<std::size_t>(seeds.count));
+    (void)RunSeeds(seeds, [&](std::uint64_t seed) {
+      const std::size_t i = seed - seeds.first;
+      answers[i] = FlowOf(pattern, seed, condition_of(i), fault);
+      return StudyAnswer{};
+    });
+    for (const auto& [kind, member] : {std::pair{"by plate", &FlowAnswers::by_plate},
+                                       std::pair{"by reference", &FlowAnswers::by_reference}}) {
+      StudyTally all;
+      for (const sim::Condition& condition : conditions) {
+        StudyTally tally;
+        for (std::size_t i = 0; i < answers.size(); ++i) {
+          if (sim::ToString(condition_of(i)) == sim::ToString(condition)) {
+            tally.Add(answers[i].*member);
+          }
+        }
+        tally.Print(fmt::format("  {}", sim::ToString(condition)), kPercent);
+        all.Add(tally);
+      }
+      all.Print(fmt::format("{}, {}", fault.name, kind), kPercent);
+      if (all.answered >= 100) EXPECT_GE(all.held, 0.93 * all.answered) << fault.name << kind;
+      if (!fault.set_up && member == &FlowAnswers::by_plate) EXPECT_EQ(all.answered, 0);
+    }
+  }
+}
+
 // Laws of the extruder's lag.
 
 struct StorageRow {
