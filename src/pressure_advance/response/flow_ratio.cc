@@ -41,7 +41,8 @@ bool IsSlowStretch(const LineMotion& motion, const Interval& stretch) {
   return stretch.hi <= first_mm || stretch.lo >= last_mm;
 }
 
-std::vector<Interval> SteadyStretches(const LineMotion& motion, const TransitionPlan& plan, bool slow) {
+std::vector<Interval> SteadyStretches(const LineMotion& motion, const TransitionPlan& plan,
+                                      bool slow) {
   std::vector<Interval> stretches;
   for (const Interval& stretch : plan.reference) {
     if (IsSlowStretch(motion, stretch) == slow) stretches.push_back(stretch);
@@ -69,8 +70,8 @@ StretchReadings ReadingsIn(const LineProfile& profile, const std::vector<Interva
 
 // Returns the levels of lines that are steady and whole, in print order.
 std::vector<LineLevel> LineLevels(const std::vector<LineProfile>& profiles,
-                                const std::vector<Interval>& stretches, double commanded_mm2,
-                                int& broken) {
+                                  const std::vector<Interval>& stretches, double commanded_mm2,
+                                  int& broken) {
   std::vector<StretchReadings> lines;
   std::vector<double> all;
   for (const LineProfile& profile : profiles) {
