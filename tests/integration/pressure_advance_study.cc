@@ -246,9 +246,10 @@ TEST(PressureAdvanceStudy, FaultsOfTheLaserLineAreNamedAndNothingElse) {
 /// What is wrong with the print and the set-up, beside the flow: half widths of even draws.
 struct FlowFault {
   std::string name;
-  double gap_mm = 0.05;  ///< the nozzle's height over the plate
-  double tilt = 3e-4;    ///< of the bed, in x and y
-  bool set_up = true;    ///< scale and angle have uncertainties
+  double gap_mm = 0.05;         ///< the nozzle's height over the plate, in both prints
+  double tilt = 3e-4;           ///< of the bed, in x and y
+  bool set_up = true;           ///< scale and angle have uncertainties
+  double gap_repeat_mm = 0.01;  ///< the nozzle's height from print to print
 };
 
 struct FlowAnswers {
@@ -257,14 +258,12 @@ struct FlowAnswers {
 
 /// Prints with a flow factor and scans it, on an opaque plate as its owner states it.
 Result<void> ScanFlow(const Pattern& pattern, const sim::Condition& condition, double flow_factor,
-                      const FlowFault& fault, Random random, const sim::LaserTraits& optics,
-                      const std::optional<sim::SetUpScale>& set_up, const fs::path& folder) {
-  Random traits_random = random.Fork(1), print_random = random.Fork(2);
-  auto traits = sim::DrawTraits(random.Uniform(0.015, 0.045), traits_random);
+                      sim::PrinterTraits traits, const FlowFault& fault, Random random,
+                      const sim::LaserTraits& optics, const std::optional<sim::SetUpScale>& set_up,
+                      const fs::path& folder) {
+  Random print_random = random.Fork(2);
   traits.flow_factor = flow_factor;
-  traits.gap_error_mm = random.Uniform(-fault.gap_mm, fault.gap_mm);
-  traits.plate_tilt_x += random.Uniform(-fault.tilt, fault.tilt);
-  traits.plate_tilt_y += random.Uniform(-fault.tilt, fault.tilt);
+  traits.gap_error_mm += random.Uniform(-fault.gap_repeat_mm, fault.gap_repeat_mm);
   const auto print = sim::PrintGcode(pattern.gcode, traits, print_random);
   if (!print) return tl::unexpected(print.error());
   sim::ScanOptions options;
@@ -278,7 +277,7 @@ Result<void> ScanFlow(const Pattern& pattern, const sim::Condition& condition, d
                          folder);
 }
 
-/// A world: a print of a known flow ratio, then one of a hidden one, under the same camera.
+/// A world: one printer prints with a known flow ratio, then with a hidden one, under one camera.
 FlowAnswers FlowOf(const Pattern& pattern, std::uint64_t seed, const sim::Condition& condition,
                    const FlowFault& fault) {
   constexpr Interval kFactors{0.85, 1.15};
@@ -290,6 +289,11 @@ FlowAnswers FlowOf(const Pattern& pattern, std::uint64_t seed, const sim::Condit
   if (fault.set_up) set_up = sim::DrawSetUpScale(optics, set_up_random);
   const double known = factors.Uniform(kFactors.lo, kFactors.hi);
   const double hidden = factors.Uniform(kFactors.lo, kFactors.hi);
+  Random traits_random = world.Fork(5);
+  auto traits = sim::DrawTraits(factors.Uniform(0.015, 0.045), traits_random);
+  traits.gap_error_mm = factors.Uniform(-fault.gap_mm, fault.gap_mm);
+  traits.plate_tilt_x += factors.Uniform(-fault.tilt, fault.tilt);
+  traits.plate_tilt_y += factors.Uniform(-fault.tilt, fault.tilt);
   const fs::path folder =
       fs::temp_directory_path() / fmt::format("trammel-flow-{}-{}", ::getpid(), seed);
   fs::remove_all(folder);
@@ -297,8 +301,8 @@ FlowAnswers FlowOf(const Pattern& pattern, std::uint64_t seed, const sim::Condit
   const Interval truth{1 / hidden, 1 / hidden};
   FlowAnswers answers{{Measured(), truth}, {Measured(), truth}};
   const fs::path first = folder / "known", second = folder / "hidden";
-  if (!ScanFlow(pattern, condition, known, fault, world.Fork(3), optics, set_up, first) ||
-      !ScanFlow(pattern, condition, hidden, fault, world.Fork(4), optics, set_up, second)) {
+  if (!ScanFlow(pattern, condition, known, traits, fault, world.Fork(3), optics, set_up, first) ||
+      !ScanFlow(pattern, condition, hidden, traits, fault, world.Fork(4), optics, set_up, second)) {
     ADD_FAILURE() << "seed " << seed << " was not printed or recorded";
     return answers;
   }

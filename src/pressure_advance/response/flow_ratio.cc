@@ -20,12 +20,13 @@ namespace {
 constexpr std::size_t kFewestInStretch = 3;
 constexpr std::size_t kFewestSteadyLines = 5;
 constexpr double kBrokenShare = 0.33;  // of the typical area: a bead below it has parted
-// Flow that wanders more slowly than a print lasts, 1 sigma, relative: an assumption. Gears and
-// spools turn once in 20 to 120 s with an amplitude of up to 1.5 % in virtual prints.
-constexpr double kFlowWander = 0.004;
-// Area over which the share that is read was not compared: 1 sigma per relative difference. Beads
-// 15 % smaller or larger read up to 0.5 % differently in virtual scans, seeds below 144.
-constexpr double kSizeShare = 0.03;
+// Flow of a print over that of many, 1 sigma, relative: gears and spools turn more slowly than a
+// print lasts, and slow stretches hold what a change of speed left. Of virtual prints below
+// seed 48.
+constexpr double kFlowWander = 0.007;
+// Share of an area that is read in one print over that in another on the same plate, 1 sigma: the
+// beads' heights differ, and the plate's texture. Of virtual scans with seeds 300 to 371.
+constexpr double kReadingRepeat = 0.0125;
 // OrcaSlicer's first pass tests steps of 5 %: a wider interval does not choose between two.
 constexpr double kWidestFlow = 0.05;
 constexpr double kTrendSigmas = 3.5;  // sigmas from which a trend over the pattern counts
@@ -165,8 +166,9 @@ AreaReading ReadingByReference(const AreaShare& reference, double known_ratio) {
   TRAMMEL_CHECK(known_ratio > 0 && reference.value > 0, "ratio {}, share {}", known_ratio,
                 reference.value);
   const double share = reference.value * known_ratio;
-  // Both prints' flow wanders.
-  return {share, share * std::hypot(reference.sigma / reference.value, kFlowWander), true};
+  // The reference's flow wanders, too.
+  const double lines = std::hypot(reference.sigma / reference.value, kFlowWander);
+  return {share, share * std::hypot(lines, kReadingRepeat), true};
 }
 
 SteadyAreas MeasureSteadyAreas(const std::vector<LineProfile>& profiles, const LineMotion& motion,
@@ -246,7 +248,7 @@ FlowRatio EstimateFlowRatio(const std::vector<LineProfile>& profiles, const Line
   flow.budget = {.lines = slow.sigma / slow.value,
                  .wander = kFlowWander,
                  .scale = reading.with_scale ? 0 : *scale->area_share,
-                 .reading = std::hypot(reading.sigma / reading.share, kSizeShare * (value - 1))};
+                 .reading = reading.sigma / reading.share};
   const FlowBudget& parts = flow.budget;
   const UncertaintyBudget variances{.lines = Square(parts.lines),
                                     .unread = Square(parts.reading),

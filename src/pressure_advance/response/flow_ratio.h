@@ -19,7 +19,7 @@ struct AreaReading {
 /// Share on opaque plates, smooth or textured: of virtual beads, seeds 0 to 143, scanned with the
 /// scale and angle of a set-up. A translucent plate scatters the laser's light and looks deeper
 /// than it is: 0.97 to 1.2 there.
-inline constexpr AreaReading kOpaqueReading{0.975, 0.018};
+inline constexpr AreaReading kOpaqueReading{0.975, 0.016};
 
 /// Returns the share that a reference shows: a scan of a pattern whose right flow ratio is known.
 /// @param known_ratio  > 0
