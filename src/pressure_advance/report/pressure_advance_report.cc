@@ -207,6 +207,13 @@ std::string Next(const pa::Analysis& analysis, bool has_figures) {
                           PressureAdvanceCommands(gcode::Dialect::kKlipper, value).front()));
 }
 
+std::string Capitalised(std::string sentence) {
+  if (!sentence.empty() && sentence.front() >= 'a' && sentence.front() <= 'z') {
+    sentence.front() = static_cast<char>(sentence.front() - 'a' + 'A');
+  }
+  return sentence;
+}
+
 std::string FlowCard(const pa::Analysis& analysis) {
   if (!analysis.flow) return "";
   const pa::FlowRatio& flow = *analysis.flow;
@@ -223,16 +230,17 @@ std::string FlowCard(const pa::Analysis& analysis) {
       AnswerLine(ValueText(ratio.value, ratio.interval95, kFlowRatio),
                  IntervalText(ratio.interval95, kFlowRatio)) +
           fmt::format(
-              "<p>In words: {}.{}</p>\n"
+              "<p><strong>{}.</strong>{}</p>\n"
               "<p>OrcaSlicer, filament settings, in place of the ratio there:</p>\n"
               "<pre>filament_flow_ratio = {}</pre>\n"
-              "<p>Klipper or Marlin, to try it with a slicer's flow ratio of 1:</p>\n"
+              "<p>Firmware, to try it with a slicer's flow ratio of 1:</p>\n"
               "<pre>M221 S{:.1f}</pre>\n"
-              "<p class=\"quiet\">Nothing was applied. The pattern was printed with a flow "
-              "ratio of 1. The slow stretches of {} lines count{}. It holds for the filament "
-              "that was printed, with the filament diameter set in the pattern.</p>\n",
-              EscapeHtml(FlowSentence(flow)), slip.empty() ? "" : " " + EscapeHtml(slip) + ".",
-              value, 100 * ratio.value, flow.areas->slow->lines,
+              "<p class=\"quiet\">Nothing was applied. The pattern was printed with a flow ratio "
+              "of 1. The slow stretches of {} lines count{}. It holds for the filament that was "
+              "printed, with the filament diameter set in the pattern.</p>\n",
+              EscapeHtml(Capitalised(FlowSentence(flow))),
+              slip.empty() ? "" : " " + EscapeHtml(Capitalised(slip)) + ".", value,
+              100 * ratio.value, flow.areas->slow->lines,
               flow.by_reference ? ", beside a scan of a known flow ratio" : ""));
 }
 

@@ -178,7 +178,7 @@ TEST(PressureAdvanceReport, ShowsTheFlowRatioWithTheLinesToPasteOrTheReasonForNo
   EXPECT_EQ(test::XmlProblem(page), "");
   const std::string text = Text(page);
   EXPECT_TRUE(Has(text, "95 %: 1.013 to 1.049"));
-  EXPECT_TRUE(Has(text, "lays 3.0 % too little: set the flow ratio to 1.031"));
+  EXPECT_TRUE(Has(text, "The printer lays 3.0 % too little: set the flow ratio to 1.031."));
   EXPECT_TRUE(Has(text, "filament_flow_ratio = 1.031"));
   EXPECT_TRUE(Has(text, "M221 S103.1"));
   EXPECT_TRUE(Has(text, "Nothing was applied"));
