@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cctype>
 #include <limits>
+#include <tuple>
 
 #include "base/check.h"
 #include "tool_offset/sheet/sheet_bed.h"
@@ -82,6 +83,40 @@ namespace {
 
 enum Kind : std::size_t { kX, kY, kCode, kKinds };
 
+/// Rectangle of equal cells, each for one item.
+struct Grid {
+  double left_mm = 0;  ///< first cell
+  double bottom_mm = 0;
+  double cell_width_mm = 0;
+  double cell_height_mm = 0;
+  int columns = 1;
+  int rows = 1;
+
+  [[nodiscard]] double width_mm() const { return columns * cell_width_mm; }
+  [[nodiscard]] double height_mm() const { return rows * cell_height_mm; }
+  /// Returns the middle of a cell, along the columns' or the rows' lines first: neighbours in a
+  /// list remain neighbours.
+  [[nodiscard]] SheetPoint CellMiddle(std::size_t index, bool by_columns) const {
+    const auto cell = static_cast<int>(index);
+    const int column = by_columns ? cell / rows : cell % columns;
+    const int row = by_columns ? cell % rows : cell / columns;
+    return {left_mm + (column + 0.5) * cell_width_mm, bottom_mm + (row + 0.5) * cell_height_mm};
+  }
+};
+
+/// Returns every arrangement of `count` equal cells in a rectangle that wastes no whole column or
+/// row.
+std::vector<Grid> Shapes(std::size_t count, double cell_width_mm, double cell_height_mm) {
+  std::vector<Grid> shapes;
+  const auto cells = static_cast<int>(count);
+  for (int columns = 1; columns <= cells; ++columns) {
+    const int rows = (cells + columns - 1) / columns;
+    if ((columns - 1) * rows >= cells) continue;
+    shapes.push_back({0, 0, cell_width_mm, cell_height_mm, columns, rows});
+  }
+  return shapes;
+}
+
 /// Packing of some of the blocks without gaps (each cell has its margin inside).
 struct Packing {
   double width_mm = 0;
@@ -90,20 +125,13 @@ struct Packing {
 };
 using Packings = std::vector<Packing>;
 
-/// Returns every arrangement of `count` equal cells in a rectangle that wastes no whole column or
-/// row.
-Packings Shapes(Kind kind, int count, double cell_width_mm, double cell_height_mm) {
-  Packings shapes;
-  for (int columns = 1; columns <= count; ++columns) {
-    const int rows = (count + columns - 1) / columns;
-    if ((columns - 1) * rows >= count) continue;
-    Packing shape;
-    shape.width_mm = columns * cell_width_mm;
-    shape.height_mm = rows * cell_height_mm;
-    shape.grids[kind] = {0, 0, cell_width_mm, cell_height_mm, columns, rows};
-    shapes.push_back(shape);
+Packings PackingsOf(Kind kind, std::size_t count, double cell_width_mm, double cell_height_mm) {
+  Packings packings;
+  for (const Grid& grid : Shapes(count, cell_width_mm, cell_height_mm)) {
+    Packing& packing = packings.emplace_back(Packing{grid.width_mm(), grid.height_mm(), {}});
+    packing.grids[kind] = grid;
   }
-  return shapes;
+  return packings;
 }
 
 Packing Join(const Packing& first, const Packing& second, bool side_by_side) {
@@ -157,14 +185,15 @@ Packings StackOrStandBeside(const Packings& a, const Packings& b) {
   return Smallest(std::move(all));
 }
 
-Packings AllPackings(const SheetSettings& settings, int x_structures, int y_structures) {
+Packings AllPackings(const SheetSettings& settings, std::size_t x_structures,
+                     std::size_t y_structures) {
   const double gap_mm = settings.structure_gap_mm;
   const double length_mm = StructureLength_mm(settings) + gap_mm;
   const double thickness_mm = StructureThickness_mm(settings) + gap_mm;
-  const Packings x = Shapes(kX, x_structures, length_mm, thickness_mm);
-  const Packings y = Shapes(kY, y_structures, thickness_mm, length_mm);
-  const Packings code = Shapes(kCode, 1, kCodeCells * kCodeCell_mm + gap_mm,
-                               kCodeLeg_mm + settings.line_width_mm + gap_mm);
+  const Packings x = PackingsOf(kX, x_structures, length_mm, thickness_mm);
+  const Packings y = PackingsOf(kY, y_structures, thickness_mm, length_mm);
+  const Packings code = PackingsOf(kCode, 1, kCodeCells * kCodeCell_mm + gap_mm,
+                                   kCodeLeg_mm + settings.line_width_mm + gap_mm);
   return Stack(code, StackOrStandBeside(x, y));
 }
 
@@ -178,6 +207,26 @@ int PaperClass(double width_mm, double height_mm) {
     ++rank;
   }
   return rank;
+}
+
+/// Costs in order of importance: outside the bed; outside the settings' paper; index of the
+/// smallest paper that takes it; share of that.
+using SheetCost = std::tuple<bool, bool, int, double>;
+/// @param width_mm, height_mm  of the box.
+SheetCost CostOfSheet(const SheetSettings& settings, double width_mm, double height_mm) {
+  const std::optional<PaperSize> asked_for = FindPaper(settings.paper);
+  const BedBounds bounds = SheetBounds(settings, width_mm, height_mm);
+  const double x_mm = bounds.max_x_mm - bounds.min_x_mm;
+  const double y_mm = bounds.max_y_mm - bounds.min_y_mm;
+  const bool off_paper = asked_for && !FitsPaper(*asked_for, x_mm, y_mm);
+  return {SheetReach(settings, width_mm, height_mm) > 1, off_paper, PaperClass(x_mm, y_mm),
+          x_mm * y_mm};
+}
+
+std::vector<SheetPoint> CellMiddles(const Grid& grid, std::size_t count, bool by_columns) {
+  std::vector<SheetPoint> middles;
+  for (std::size_t i = 0; i < count; ++i) middles.push_back(grid.CellMiddle(i, by_columns));
+  return middles;
 }
 
 }  // namespace
@@ -195,18 +244,8 @@ double StructureThickness_mm(const SheetSettings& settings) {
   return 2 * settings.leg_length_mm - settings.overlap_mm + settings.line_width_mm;
 }
 
-SheetCost CostOfSheet(const SheetSettings& settings, double width_mm, double height_mm) {
-  const std::optional<PaperSize> asked_for = FindPaper(settings.paper);
-  const BedBounds bounds = SheetBounds(settings, width_mm, height_mm);
-  const double x_mm = bounds.max_x_mm - bounds.min_x_mm;
-  const double y_mm = bounds.max_y_mm - bounds.min_y_mm;
-  const bool off_paper = asked_for && !FitsPaper(*asked_for, x_mm, y_mm);
-  return {SheetReach(settings, width_mm, height_mm) > 1, off_paper, PaperClass(x_mm, y_mm),
-          x_mm * y_mm};
-}
-
-Layout ArrangeSheet(const SheetSettings& settings, int x_structures, int y_structures,
-                    double border_mm) {
+Layout ArrangeSheet(const SheetSettings& settings, std::size_t x_structures,
+                    std::size_t y_structures, double border_mm) {
   const Packings packings = AllPackings(settings, x_structures, y_structures);
   TRAMMEL_CHECK(!packings.empty(), "{} X and {} Y structures", x_structures, y_structures);
   const auto cost = [&](const Packing& packing) {
@@ -216,7 +255,8 @@ Layout ArrangeSheet(const SheetSettings& settings, int x_structures, int y_struc
   const Packing& best =
       *std::min_element(packings.begin(), packings.end(),
                         [&](const Packing& a, const Packing& b) { return cost(a) < cost(b); });
-  return {best.width_mm, best.height_mm, best.grids[kX], best.grids[kY], best.grids[kCode]};
+  return {best.width_mm, best.height_mm, CellMiddles(best.grids[kX], x_structures, true),
+          CellMiddles(best.grids[kY], y_structures, false), best.grids[kCode].CellMiddle(0, true)};
 }
 
 namespace {
@@ -260,33 +300,12 @@ std::vector<Pair> PairUp(const std::vector<Structure>& structures) {
   return pairs;
 }
 
-/// Block of equal cells.
-struct Block {
-  Grid grid;
-  [[nodiscard]] double width_mm() const { return grid.columns * grid.cell_width_mm; }
-  [[nodiscard]] double height_mm() const { return grid.rows * grid.cell_height_mm; }
-};
-
-std::vector<Block> Shapes(std::size_t count, double cell_width_mm, double cell_height_mm) {
-  std::vector<Block> shapes;
-  const auto cells = static_cast<int>(count);
-  for (int columns = 1; columns <= cells; ++columns) {
-    const int rows = (cells + columns - 1) / columns;
-    if ((columns - 1) * rows >= cells) continue;
-    shapes.push_back({{0, 0, cell_width_mm, cell_height_mm, columns, rows}});
-  }
-  return shapes;
-}
-
-/// Places each pair into the block's cells, along its lines first, and the opposite ones.
-/// @param block  its place, in a frame whose origin is the centre of the mirrored cells.
-void Place(const std::vector<Pair>& pairs, const Block& block, bool by_columns, SheetPoint origin,
+/// Places each pair into the grid's cells, along its lines first, and the opposite ones.
+/// @param grid  its place, in a frame whose origin is the centre of the mirrored cells.
+void Place(const std::vector<Pair>& pairs, const Grid& grid, bool by_columns, SheetPoint origin,
            std::vector<SheetPoint>& middles) {
   for (std::size_t i = 0; i < pairs.size(); ++i) {
-    const auto index = static_cast<int>(i);
-    const Grid& grid = block.grid;
-    const SheetPoint at = by_columns ? grid.CellMiddle(index / grid.rows, index % grid.rows)
-                                     : grid.CellMiddle(index % grid.columns, index / grid.columns);
+    const SheetPoint at = grid.CellMiddle(i, by_columns);
     middles[pairs[i][1]] = {origin.u_mm - at.u_mm, origin.v_mm - at.v_mm};
     middles[pairs[i][0]] = {origin.u_mm + at.u_mm, origin.v_mm + at.v_mm};
   }
@@ -294,8 +313,8 @@ void Place(const std::vector<Pair>& pairs, const Block& block, bool by_columns, 
 
 }  // namespace
 
-PhotoLayout ArrangeForPhoto(const SheetSettings& settings, const std::vector<Structure>& x,
-                            const std::vector<Structure>& y, double border_mm) {
+Layout ArrangeForPhoto(const SheetSettings& settings, const std::vector<Structure>& x,
+                       const std::vector<Structure>& y, double border_mm) {
   const double gap_mm = settings.structure_gap_mm;
   const double length_mm = StructureLength_mm(settings) + gap_mm;
   const double thickness_mm = StructureThickness_mm(settings) + gap_mm;
@@ -304,10 +323,10 @@ PhotoLayout ArrangeForPhoto(const SheetSettings& settings, const std::vector<Str
   const std::vector<Pair> x_pairs = PairUp(x);
   const std::vector<Pair> y_pairs = PairUp(y);
   std::optional<SheetCost> least;
-  Block x_block;
-  Block y_block;
-  for (const Block& of_x : Shapes(x_pairs.size(), length_mm, thickness_mm)) {
-    for (const Block& of_y : Shapes(y_pairs.size(), thickness_mm, length_mm)) {
+  Grid x_block;
+  Grid y_block;
+  for (const Grid& of_x : Shapes(x_pairs.size(), length_mm, thickness_mm)) {
+    for (const Grid& of_y : Shapes(y_pairs.size(), thickness_mm, length_mm)) {
       // For blocks in opposite corners, one that is longer both ways would overlap its twin.
       const bool x_wider = of_x.width_mm() > of_y.width_mm();
       const bool x_higher = of_x.height_mm() > of_y.height_mm();
@@ -326,7 +345,7 @@ PhotoLayout ArrangeForPhoto(const SheetSettings& settings, const std::vector<Str
     }
   }
   TRAMMEL_CHECK(least.has_value(), "{} X and {} Y structures", x.size(), y.size());
-  PhotoLayout layout;
+  Layout layout;
   const double wings_mm = x_block.width_mm() + y_block.width_mm();
   const double high_mm = x_block.height_mm() + y_block.height_mm();
   layout.width_mm = std::max(wings_mm, code_width_mm);
@@ -334,10 +353,10 @@ PhotoLayout ArrangeForPhoto(const SheetSettings& settings, const std::vector<Str
   layout.code = {code_width_mm / 2, code_height_mm / 2};
   const SheetPoint middle{layout.width_mm / 2, code_height_mm + high_mm / 2};
   // X at the upper left and lower right, Y at the upper right and lower left.
-  x_block.grid.left_mm = -wings_mm / 2;
-  x_block.grid.bottom_mm = high_mm / 2 - x_block.height_mm();
-  y_block.grid.left_mm = wings_mm / 2 - y_block.width_mm();
-  y_block.grid.bottom_mm = high_mm / 2 - y_block.height_mm();
+  x_block.left_mm = -wings_mm / 2;
+  x_block.bottom_mm = high_mm / 2 - x_block.height_mm();
+  y_block.left_mm = wings_mm / 2 - y_block.width_mm();
+  y_block.bottom_mm = high_mm / 2 - y_block.height_mm();
   layout.x_structures.resize(x.size());
   layout.y_structures.resize(y.size());
   Place(x_pairs, x_block, true, middle, layout.x_structures);

@@ -8,7 +8,6 @@
 #include <span>
 #include <string>
 #include <string_view>
-#include <tuple>
 #include <vector>
 
 #include "tool_offset/sheet/sheet_plan.h"
@@ -32,42 +31,21 @@ inline constexpr double kPrimeLength_mm = 40;
 [[nodiscard]] double StructureLength_mm(const SheetSettings& settings);
 [[nodiscard]] double StructureThickness_mm(const SheetSettings& settings);
 
-/// Rectangle of equal cells, each for one item.
-struct Grid {
-  double left_mm = 0;  ///< first cell
-  double bottom_mm = 0;
-  double cell_width_mm = 0;
-  double cell_height_mm = 0;
-  int columns = 1;
-  int rows = 1;
-
-  [[nodiscard]] SheetPoint CellMiddle(int column, int row) const {
-    return {left_mm + (column + 0.5) * cell_width_mm, bottom_mm + (row + 0.5) * cell_height_mm};
-  }
-};
-
 /// Layout inside the box; the origin is the lower left corner of `width_mm` x `height_mm`.
 struct Layout {
   double width_mm = 0;
   double height_mm = 0;
-  Grid x_structures;
-  Grid y_structures;
-  Grid code;  ///< one cell, in the lower left corner
+  std::vector<SheetPoint> x_structures;  ///< middles, in the order that was given
+  std::vector<SheetPoint> y_structures;
+  SheetPoint code;  ///< middle of its row
 };
-
-/// Costs in order of importance: outside the bed; outside the settings' paper; index of the
-/// smallest paper that takes it; share of that.
-using SheetCost = std::tuple<bool, bool, int, double>;
-/// @param width_mm, height_mm  of the box.
-[[nodiscard]] SheetCost CostOfSheet(const SheetSettings& settings, double width_mm,
-                                    double height_mm);
 
 /// Chooses an outline that fits the bed and the paper (any, if none does): on the smallest sheet of
 /// paper, turned by the tilt. Of those it takes the smallest turned outline. X structures are in
 /// columns, Y structures in rows.
 /// @param border_mm  around the layout on each side: box, clearance.
-[[nodiscard]] Layout ArrangeSheet(const SheetSettings& settings, int x_structures, int y_structures,
-                                  double border_mm);
+[[nodiscard]] Layout ArrangeSheet(const SheetSettings& settings, std::size_t x_structures,
+                                  std::size_t y_structures, double border_mm);
 
 /// Number of cells at the start and at the end of the row that are the same on every sheet. Read
 /// from the wrong end all of them are wrong, so a rotated or mirrored sheet never passes.
@@ -86,15 +64,6 @@ using CodeCells = std::array<bool, kCodeCells>;
 /// every error of up to three cells and all but 1 in 256 of the others.
 [[nodiscard]] std::optional<std::uint16_t> DecodeSheetId(const CodeCells& dark);
 
-/// Layout inside the box; the origin is the lower left corner of `width_mm` x `height_mm`.
-struct PhotoLayout {
-  double width_mm = 0;
-  double height_mm = 0;
-  std::vector<SheetPoint> x_structures;  ///< middles, in the order that was given
-  std::vector<SheetPoint> y_structures;
-  SheetPoint code;  ///< middle of its row
-};
-
 /// Places the two structures of a tool and axis on opposite sides of one point. Effects that grow
 /// outwards from there (lines of another height, lateral colour) then affect their difference and
 /// not their mean.
@@ -103,9 +72,8 @@ struct PhotoLayout {
 /// wings of a windmill; the code is in a row below. The shape of the blocks is selected as in
 /// ArrangeSheet.
 /// @param x, y  the structures of each axis; see ListStructures.
-[[nodiscard]] PhotoLayout ArrangeForPhoto(const SheetSettings& settings,
-                                          const std::vector<Structure>& x,
-                                          const std::vector<Structure>& y, double border_mm);
+[[nodiscard]] Layout ArrangeForPhoto(const SheetSettings& settings, const std::vector<Structure>& x,
+                                     const std::vector<Structure>& y, double border_mm);
 
 struct PaperSize {
   std::string_view name;

@@ -175,16 +175,6 @@ SheetPoint Rounded(const SheetPoint& point) {
   return {std::round(point.u_mm * 1000) / 1000, std::round(point.v_mm * 1000) / 1000};
 }
 
-/// Returns the place of a cell, along the longer side of the grid's lines first: neighbours in the
-/// list remain neighbours.
-SheetPoint CellOf(const Grid& grid, int index, bool by_columns) {
-  const int column = by_columns ? index / grid.rows : index % grid.columns;
-  const int row = by_columns ? index % grid.rows : index / grid.columns;
-  TRAMMEL_CHECK(column < grid.columns && row < grid.rows, "cell {} of {} x {}", index, grid.columns,
-                grid.rows);
-  return grid.CellMiddle(column, row);
-}
-
 }  // namespace
 
 /// Returns the prime lines: each tool has its own stretch below the box, each pick-up its own row.
@@ -215,25 +205,9 @@ SheetPoint OnSheet(SheetPoint in_layout, double width_mm, double height_mm) {
 /// @returns the middle of the code.
 SheetPoint Place(const std::vector<Structure>& x, const std::vector<Structure>& y, double border_mm,
                  SheetPlan& plan) {
-  const Layout layout = ArrangeSheet(plan.settings, static_cast<int>(x.size()),
-                                     static_cast<int>(y.size()), border_mm);
-  plan.width_mm = Rounded({layout.width_mm + 2 * border_mm, 0}).u_mm;
-  plan.height_mm = Rounded({layout.height_mm + 2 * border_mm, 0}).u_mm;
-  for (std::size_t i = 0; i < x.size() + y.size(); ++i) {
-    const bool is_x = i < x.size();
-    const std::size_t in_grid = is_x ? i : i - x.size();
-    plan.structures.push_back(is_x ? x[in_grid] : y[in_grid]);
-    const Grid& grid = is_x ? layout.x_structures : layout.y_structures;
-    plan.structures.back().middle = Rounded(
-        OnSheet(CellOf(grid, static_cast<int>(in_grid), is_x), layout.width_mm, layout.height_mm));
-  }
-  return OnSheet(layout.code.CellMiddle(0, 0), layout.width_mm, layout.height_mm);
-}
-
-/// Places the structures for a camera.
-SheetPoint PlaceForPhoto(const std::vector<Structure>& x, const std::vector<Structure>& y,
-                         double border_mm, SheetPlan& plan) {
-  const PhotoLayout layout = ArrangeForPhoto(plan.settings, x, y, border_mm);
+  const Layout layout = plan.settings.for_photo
+                            ? ArrangeForPhoto(plan.settings, x, y, border_mm)
+                            : ArrangeSheet(plan.settings, x.size(), y.size(), border_mm);
   plan.width_mm = Rounded({layout.width_mm + 2 * border_mm, 0}).u_mm;
   plan.height_mm = Rounded({layout.height_mm + 2 * border_mm, 0}).u_mm;
   const auto add = [&](const std::vector<Structure>& structures,
@@ -260,8 +234,7 @@ SheetPlan PlanWithTeeth(const SheetSettings& settings) {
   const std::vector<Structure> y = ListStructures(settings, Axis::kY);
   // Cells include half of the gap.
   const double border_mm = plan.box_insets_mm.back() + settings.structure_gap_mm / 2;
-  const SheetPoint code_middle =
-      settings.for_photo ? PlaceForPhoto(x, y, border_mm, plan) : Place(x, y, border_mm, plan);
+  const SheetPoint code_middle = Place(x, y, border_mm, plan);
   plan.sheet_id = SheetId(plan);
   const CodeCells cells = EncodeSheetId(plan.sheet_id);
   for (std::size_t i = 0; i < cells.size(); ++i) {
