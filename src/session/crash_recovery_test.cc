@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "session/guarded_printer_test_support.h"
+#include "support/matchers.h"
 
 namespace trammel::procedure {
 namespace {
@@ -162,9 +163,7 @@ TEST_F(DeadRunTest, AJournalThatCannotBeReadSwitchesTheHeatersOff) {
 TEST_F(DeadRunTest, WhereADeadRunCannotBeFinishedNothingIsBegun) {
   Die();
   printer_.refused["LASER_OFF"] = "unknown command";
-  const auto guard = Take("run-2");
-  ASSERT_FALSE(guard);
-  EXPECT_THAT(guard.error().message, HasSubstr("unknown command"));
+  EXPECT_THAT(Take("run-2"), FailsWith("unknown command"));
   EXPECT_EQ(Journals(), 1U);
 }
 

@@ -15,14 +15,13 @@
 #include "base/bug_note.h"
 #include "base/check.h"
 #include "machine/net/host_clock.h"
+#include "support/matchers.h"
 
 namespace trammel::procedure {
 namespace {
 
 using machine::CapturedFrame;
 using machine::FrameFault;
-using ::testing::AllOf;
-using ::testing::HasSubstr;
 
 /// A live camera whose every picture has the same fault.
 class FaultyCamera final : public machine::FrameSource {
@@ -54,10 +53,8 @@ TEST(FrameRecorder, OfPicturesThatNeverComeWholeTheErrorSaysWhatIsWrongWithThem)
   // On a busy machine the reader's thread may be late.
   for (int i = 0; i < 30 && camera.taken == 0; ++i) frame = recorder.NextFrame(0.3, {});
   frame = recorder.NextFrame(0.3, {});
-  ASSERT_FALSE(frame);
-  EXPECT_EQ(frame.error().kind, ErrorKind::kMachine);
-  EXPECT_THAT(frame.error().message, AllOf(HasSubstr("camera faulty"), HasSubstr("0.3 s"),
-                                           HasSubstr("packets of it are missing")));
+  ASSERT_THAT(
+      frame, FailsWith(ErrorKind::kMachine, "camera faulty", "0.3 s", "packets of it are missing"));
 }
 
 /// A live camera that sends a sound picture every few milliseconds.
@@ -108,12 +105,11 @@ TEST(FrameRecorder, ADiskThatHangsKeepsNoFrameFromBeingFetched) {
     return {};
   }));
   recorder.WaitForFrames(30, begin_s, 60, {});
-  const auto frames = recorder.End();
-  ASSERT_TRUE(frames) << frames.error().message;
+  const auto frames = Must(recorder.End());
   EXPECT_TRUE(fetched_meanwhile);
-  EXPECT_GE(frames->size(), 30U);
-  for (std::size_t i = 1; i < frames->size(); ++i) {
-    EXPECT_GT((*frames)[i].arrival_s, (*frames)[i - 1].arrival_s);
+  EXPECT_GE(frames.size(), 30U);
+  for (std::size_t i = 1; i < frames.size(); ++i) {
+    EXPECT_GT(frames[i].arrival_s, frames[i - 1].arrival_s);
   }
 }
 
@@ -131,9 +127,7 @@ TEST(FrameRecorder, ADiskThatFallsBehindForGoodIsNamed) {
   for (int count = camera.taken; count < 40; count = camera.taken) camera.taken.wait(count);
   hang = false;
   hang.notify_all();
-  const auto frames = recorder.End();
-  ASSERT_FALSE(frames);
-  EXPECT_THAT(frames.error().message, HasSubstr("the disk does not keep up"));
+  EXPECT_THAT(recorder.End(), FailsWith("the disk does not keep up"));
 }
 
 TEST(FrameRecorder, ADiskThatFailsIsTheErrorAndTheCameraGoesOn) {
@@ -165,9 +159,7 @@ class GoneCamera final : public machine::FrameSource {
 TEST(FrameRecorder, AStopIsToldBeforeACameraThatHasGone) {
   GoneCamera camera;
   FrameRecorder recorder(camera, 5);
-  const auto before = recorder.NextFrame(30, {});
-  ASSERT_FALSE(before);
-  EXPECT_EQ(before.error().kind, ErrorKind::kMachine);
+  EXPECT_THAT(recorder.NextFrame(30, {}), FailsWith(ErrorKind::kMachine));
   std::stop_source stop;
   stop.request_stop();
   const auto after = recorder.NextFrame(30, stop.get_token());
@@ -188,9 +180,7 @@ class BrokenCamera final : public machine::FrameSource {
 TEST(FrameRecorder, ABugInACameraIsTheRecordingsErrorAndNotTheProcesssEnd) {
   BrokenCamera camera;
   FrameRecorder recorder(camera, 5);
-  const auto frame = recorder.NextFrame(10, {});
-  ASSERT_FALSE(frame);
-  EXPECT_THAT(frame.error().message, AllOf(HasSubstr("a bug in trammel"), HasSubstr("-1 px wide")));
+  EXPECT_THAT(recorder.NextFrame(10, {}), FailsWith("a bug in trammel", "-1 px wide"));
   EXPECT_FALSE(recorder.End());
   EXPECT_TRUE(NotedBug());
 }

@@ -10,13 +10,13 @@
 
 #include "machine/moonraker/client/status.h"
 #include "session/fake_printer.h"
+#include "support/matchers.h"
 
 namespace trammel::procedure {
 namespace {
 
 using machine::PrinterFacts;
 using settings::FilamentSettings;
-using ::testing::AllOf;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
@@ -241,19 +241,17 @@ TEST(CompareTemperatures, ANozzleTooColdToExtrudeIsRefusedBeforeItIsHeated) {
   const Check cold = CompareTemperatures(Usual(), Heated(175, 60));
   EXPECT_TRUE(cold.unsafe);
   EXPECT_FALSE(cold.advice);
-  EXPECT_THAT(cold.detail, AllOf(HasSubstr("nozzle_temperature = 175"), HasSubstr("below"),
-                                 HasSubstr("min_extrude_temp = 180")));
+  EXPECT_THAT(cold.detail,
+              Containing("nozzle_temperature = 175", "below", "min_extrude_temp = 180"));
   EXPECT_TRUE(CompareTemperatures(Usual(), Heated(180, 60)).passed);
 }
 
 TEST(CompareTemperatures, NozzleAndBedAboveWhatThePrinterMayHaveAreRefused) {
   EXPECT_THAT(CompareTemperatures(Usual(), Heated(275, 60)).detail,
-              AllOf(HasSubstr("nozzle_temperature = 275"), HasSubstr("above"),
-                    HasSubstr("max_temp of the extruder = 260")));
+              Containing("nozzle_temperature = 275", "above", "max_temp of the extruder = 260"));
   const Check bed = CompareTemperatures(Usual(), Heated(255, 110));
   EXPECT_TRUE(bed.unsafe);
-  EXPECT_THAT(bed.detail,
-              AllOf(HasSubstr("bed_temperature = 110"), HasSubstr("max_temp of the bed = 90")));
+  EXPECT_THAT(bed.detail, Containing("bed_temperature = 110", "max_temp of the bed = 90"));
   EXPECT_TRUE(CompareTemperatures(Usual(), Heated(260, 90)).passed);
   EXPECT_TRUE(CompareTemperatures(Usual(), Heated(260, 0)).passed);
   EXPECT_TRUE(CompareTemperatures({}, Heated(255, 110)).passed);  // nothing is stated
@@ -263,7 +261,7 @@ TEST(CompareTemperatures, ABedWithoutAHeaterIsNotHeated) {
   PrinterFacts facts = Usual();
   facts.no_bed_heater = true;
   EXPECT_THAT(CompareTemperatures(facts, Heated(215, 60)).detail,
-              AllOf(HasSubstr("no [heater_bed]"), HasSubstr("set bed_temperature = 0")));
+              Containing("no [heater_bed]", "set bed_temperature = 0"));
   EXPECT_TRUE(CompareTemperatures(facts, Heated(215, 0)).passed);
 }
 

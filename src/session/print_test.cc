@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "session/fake_printer.h"
+#include "support/matchers.h"
 
 namespace trammel::procedure {
 namespace {
@@ -13,11 +14,7 @@ using ::testing::HasSubstr;
 
 class PrintTest : public ::testing::Test {
  protected:
-  std::string HeatError() {
-    const auto heated = HeatAndWait(session_, "heater_bed", 60, 900);
-    EXPECT_FALSE(heated);
-    return heated ? "" : heated.error().message;
-  }
+  std::string HeatError() { return ErrorOf(HeatAndWait(session_, "heater_bed", 60, 900)); }
 
   testing::FakePrinter printer_;
   const Session session_{printer_, {}, {}};
@@ -40,10 +37,8 @@ class RestartingPrinter : public testing::FakePrinter {
 TEST_F(PrintTest, ARestartWhileItHeatsIsNobodysCooldown) {
   RestartingPrinter restarting;
   restarting.state.heaters["heater_bed"] = {26, 0};
-  const auto heated = HeatAndWait({restarting, {}, {}}, "heater_bed", 60, 900);
-  ASSERT_FALSE(heated);
-  EXPECT_THAT(heated.error().message,
-              AllOf(HasSubstr("disconnected"), HasSubstr("Klipper restarts")));
+  EXPECT_THAT(HeatAndWait({restarting, {}, {}}, "heater_bed", 60, 900),
+              FailsWith("disconnected", "Klipper restarts"));
 }
 
 // PRINT_START heats by itself, and a run that dies then has to know it.

@@ -9,6 +9,7 @@
 #include "base/check.h"
 #include "session/guarded_printer_test_support.h"
 #include "session/print.h"
+#include "support/matchers.h"
 
 namespace trammel::procedure {
 namespace {
@@ -97,13 +98,12 @@ TEST_F(PrinterStateGuardTest, OneRefusalDoesNotKeepTheRestFromComingBack) {
 }
 
 TEST_F(PrinterStateGuardTest, APrinterWhoseLaserWasNeverLitIsNotStoppedForIt) {
-  auto guard = Take();
-  ASSERT_TRUE(guard);
-  ASSERT_TRUE(guard->Begin(session_));
+  auto guard = Must(Take());
+  ASSERT_TRUE(guard.Begin(session_));
   printer_.refused["LASER_OFF"] = "waited 60 s behind another's M190";
   printer_.state.print_state = "printing";
   printer_.state.print_file = "somebody_elses.gcode";
-  const auto failures = guard->Restore();
+  const auto failures = guard.Restore();
   EXPECT_FALSE(printer_.stopped);
   ASSERT_FALSE(failures.empty());
   EXPECT_THAT(failures.front(), HasSubstr("somebody_elses.gcode"));
@@ -117,8 +117,7 @@ TEST_F(PrinterStateGuardTest, AnEmergencyStopForTheLaserNamesTheJobThatItEnds) {
   const auto failures = guard.Restore();
   EXPECT_TRUE(printer_.stopped);
   ASSERT_THAT(failures, SizeIs(1));
-  EXPECT_THAT(failures.front(),
-              AllOf(HasSubstr("somebody_elses.gcode is printing"), HasSubstr("FIRMWARE_RESTART")));
+  EXPECT_THAT(failures.front(), Containing("somebody_elses.gcode is printing", "FIRMWARE_RESTART"));
 }
 
 TEST_F(PrinterStateGuardTest, APrinterThatTellsNothingIsStoppedForALaserThatWasLit) {
@@ -298,9 +297,7 @@ TEST_F(PrinterStateGuardTest, NotesOnDiskBeforeThePrinterIsToldAnything) {
 
 TEST_F(PrinterStateGuardTest, APrinterThatAnotherComputersRunHasIsNotTaken) {
   printer_.told = {{"gcode_macro _TRAMMEL_RUN", {{"owner", "laptop.run-7"}}}};
-  const auto guard = Take();
-  ASSERT_FALSE(guard);
-  EXPECT_THAT(guard.error().message, HasSubstr("laptop.run-7"));
+  EXPECT_THAT(Take(), FailsWith("laptop.run-7"));
   EXPECT_THAT(printer_.scripts, IsEmpty());
   EXPECT_EQ(Journals(), 0U);
 }
@@ -313,10 +310,9 @@ TEST_F(PrinterStateGuardTest, ARefusedClaimLeavesNothingBehind) {
   EXPECT_THAT(claim, HasSubstr("_TRAMMEL_KEEP_ALIVE OWNER="));
   printer_.refused[claim] = "laptop.run-7 has this printer";
   printer_.scripts.clear();
-  const auto second =
-      PrinterStateGuard::Take(session_, settings_, {"run-1", "now", "other.local", folder_.path()});
-  ASSERT_FALSE(second);
-  EXPECT_THAT(second.error().message, HasSubstr("laptop.run-7"));
+  EXPECT_THAT(
+      PrinterStateGuard::Take(session_, settings_, {"run-1", "now", "other.local", folder_.path()}),
+      FailsWith("laptop.run-7"));
   EXPECT_THAT(printer_.scripts, ElementsAre(claim));
   EXPECT_EQ(Journals(), 1U) << "the first one's alone";
 }
@@ -332,11 +328,10 @@ TEST_F(PrinterStateGuardTest, HeatersEndOffWherePaperLiesOnTheBedWhateverTheyWer
   RunIdentity identity{"run-1", "2026-11-22T10:00:00", address_, folder_.path()};
   identity.heaters_end_off = true;
   identity.without_laser = true;
-  auto guard = PrinterStateGuard::Take(session_, settings_, identity);
-  ASSERT_TRUE(guard);
-  ASSERT_TRUE(guard->Begin(session_));
+  auto guard = Must(PrinterStateGuard::Take(session_, settings_, identity));
+  ASSERT_TRUE(guard.Begin(session_));
   printer_.scripts.clear();
-  EXPECT_THAT(guard->Restore(), IsEmpty());
+  EXPECT_THAT(guard.Restore(), IsEmpty());
   EXPECT_THAT(printer_.scripts, Contains(kNozzleOff));
   EXPECT_THAT(printer_.scripts, Contains("SET_HEATER_TEMPERATURE HEATER=heater_bed TARGET=0"));
   // A printer without a laser has no LASER_OFF.
@@ -350,11 +345,10 @@ TEST_F(PrinterStateGuardTest, MotorsThatThePrintsOwnEndSwitchesOffAreNoLoss) {
     printer_.state.homed_axes = "xyz";
     RunIdentity identity{"run-1", "2026-11-22T10:00:00", address_, folder_.path()};
     identity.may_unhome = own;
-    auto guard = PrinterStateGuard::Take(session_, settings_, identity);
-    ASSERT_TRUE(guard);
-    ASSERT_TRUE(guard->Begin(session_));
+    auto guard = Must(PrinterStateGuard::Take(session_, settings_, identity));
+    ASSERT_TRUE(guard.Begin(session_));
     printer_.state.homed_axes = "";
-    const auto lost = guard->Restore();
+    const auto lost = guard.Restore();
     EXPECT_EQ(lost.empty(), own) << (lost.empty() ? "" : lost.front());
   }
 }
@@ -363,14 +357,13 @@ TEST_F(PrinterStateGuardTest,
        WhereToolsChangeTheOffsetThatIsInForceStaysAndPressureAdvanceIsItsExtrudersOwn) {
   RunIdentity identity{"run-1", "2026-11-22T10:00:00", address_, folder_.path()};
   identity.changes_tools = true;
-  auto guard = PrinterStateGuard::Take(session_, settings_, identity);
-  ASSERT_TRUE(guard);
-  ASSERT_TRUE(guard->Begin(session_));
+  auto guard = Must(PrinterStateGuard::Take(session_, settings_, identity));
+  ASSERT_TRUE(guard.Begin(session_));
   printer_.state.active_extruder = "extruder1";
   printer_.state.pressure_advance["extruder"].advance_s = 0.05;
   printer_.state.gcode.homing_origin_mm = {0.25, -0.5, 1.5, 0};
   printer_.scripts.clear();
-  EXPECT_THAT(guard->Restore(), IsEmpty());
+  EXPECT_THAT(guard.Restore(), IsEmpty());
   EXPECT_THAT(printer_.scripts, Contains(std::string(kMark) +
                                          "\nSET_GCODE_OFFSET X=0.250000 Y=-0.500000 Z=1.500000"));
   EXPECT_THAT(printer_.scripts, Contains("SET_PRESSURE_ADVANCE EXTRUDER=extruder ADVANCE=0.031"));

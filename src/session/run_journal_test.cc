@@ -7,6 +7,7 @@
 #include <cstdlib>
 
 #include "files/new_file.h"
+#include "support/matchers.h"
 #include "support/temporary_folder.h"
 
 namespace trammel::files {
@@ -80,9 +81,7 @@ TEST_F(RunJournalTest, WhatNoRunWritesIsNamedAndNeverReachesThePrinter) {
 }
 
 TEST_F(RunJournalTest, WhatCannotBeNotedIsNotBegun) {
-  const auto kept = WriteJournal("/dev/full/journal.json", Full());
-  ASSERT_FALSE(kept);
-  EXPECT_THAT(kept.error().message, HasSubstr("nothing is begun"));
+  EXPECT_THAT(WriteJournal("/dev/full/journal.json", Full()), FailsWith("nothing is begun"));
 }
 
 TEST_F(RunJournalTest, TheStateFolderIsForItsUserAlone) {
@@ -101,10 +100,7 @@ TEST_F(RunJournalTest, ALockHasOneHolderAndNamesIt) {
   {
     const auto first = FileLock::Take(path, "process 17");
     ASSERT_TRUE(first);
-    const auto second = FileLock::Take(path, "process 18");
-    ASSERT_FALSE(second);
-    EXPECT_EQ(second.error().kind, ErrorKind::kMachine);
-    EXPECT_THAT(second.error().message, HasSubstr("process 17"));
+    EXPECT_THAT(FileLock::Take(path, "process 18"), FailsWith(ErrorKind::kMachine, "process 17"));
   }
   EXPECT_TRUE(FileLock::Take(path, "process 18"));
   EXPECT_FALSE(std::filesystem::exists(path)) << "left behind";

@@ -24,6 +24,7 @@
 #include "part_alignment/survey/survey_world_test_support.h"
 #include "part_alignment/views/view_plan.h"
 #include "sim/spindle/spindle_world.h"
+#include "support/matchers.h"
 
 namespace trammel {
 namespace {
@@ -165,12 +166,10 @@ Eigen::Matrix<double, 3, 6> ByPose(const geometry::Pose& pose, const Vector3d& p
 Vector3d MissedBy(const part_alignment::Alignment& solved, const geometry::Pose& truth,
                   const Vector3d& part_mm) {
   const geometry::Pose& measured = solved.machine_from_part;
-  const auto fixed = part_alignment::CorrectFixture(
+  const auto fixed = Must(part_alignment::CorrectFixture(
       measured, {{"a", {-700, -400, -240}}, {"b", {700, -400, -240}}, {"c", {0, 400, -240}}},
-      Vector3d::Zero(), std::nullopt);
-  EXPECT_TRUE(fixed) << (fixed ? "" : fixed.error().message);
-  if (!fixed) return Vector3d::Constant(1e9);
-  const auto correction = part_alignment::CorrectWorkOffset(fixed->machine_from_part, {});
+      Vector3d::Zero(), std::nullopt));
+  const auto correction = part_alignment::CorrectWorkOffset(fixed.machine_from_part, {});
   const Eigen::AngleAxisd turn(correction.offset.rotation_z_rad, Vector3d::UnitZ());
   const Vector3d tool_mm = correction.offset.origin_mm + turn * part_mm;
   // The shims moved the real part as they moved the measured one.
@@ -179,7 +178,7 @@ Vector3d MissedBy(const part_alignment::Alignment& solved, const geometry::Pose&
   };
   const Vector3d as_measured_mm =
       rotation(measured).transpose() * (MachineFromPart(truth, part_mm) - measured.translation_mm);
-  return tool_mm - MachineFromPart(fixed->machine_from_part, as_measured_mm);
+  return tool_mm - MachineFromPart(fixed.machine_from_part, as_measured_mm);
 }
 
 struct Chain {

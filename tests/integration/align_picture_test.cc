@@ -14,6 +14,7 @@
 #include "part_alignment/targets/ring_finder.h"
 #include "sim/spindle/spindle_files.h"
 #include "sim/spindle/spindle_world.h"
+#include "support/matchers.h"
 
 namespace trammel {
 namespace {
@@ -102,16 +103,14 @@ part_alignment::Measurement SeenInPictures(const Scene& scene) {
 
 // Takes the eccentricity out, by a first answer.
 part_alignment::Measurement Corrected(const Scene& scene, part_alignment::Measurement measured) {
-  const auto first = part_alignment::Solve(measured, {});
-  EXPECT_TRUE(first) << (first ? "" : first.error().message);
-  if (!first) return measured;
+  const auto first = Must(part_alignment::Solve(measured, {}));
   for (part_alignment::View& view : measured.views) {
     for (part_alignment::Observation& seen : view.observations) {
       const auto target = std::find_if(measured.targets.begin(), measured.targets.end(),
                                        [&](const auto& t) { return t.id == seen.target; });
       const auto in_camera = [&](const Eigen::Vector3d& part_mm) {
-        return part_alignment::CameraFromPart(measured.camera, first->clamping, view,
-                                              first->machine_from_part, part_mm);
+        return part_alignment::CameraFromPart(measured.camera, first.clamping, view,
+                                              first.machine_from_part, part_mm);
       };
       const Eigen::Vector3d centre_mm = in_camera(target->ideal_mm);
       const Eigen::Vector3d tip_mm = in_camera(target->ideal_mm + Eigen::Vector3d::UnitZ());

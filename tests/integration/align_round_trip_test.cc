@@ -13,6 +13,7 @@
 #include "part_alignment/pose/solve.h"
 #include "sim/spindle/spindle_files.h"
 #include "sim/spindle/spindle_world.h"
+#include "support/matchers.h"
 #include "support/temporary_folder.h"
 
 namespace trammel {
@@ -40,11 +41,8 @@ sim::SpindleSetup WithTurn(sim::SpindleSetup setup, double c_rad) {
 
 part_alignment::Alignment Solved(const part_alignment::Measurement& measured,
                                  const part_alignment::SolveOptions& options) {
-  const auto solved = part_alignment::Solve(measured, options);
-  EXPECT_TRUE(solved) << (solved ? "" : solved.error().message);
-  if (!solved) return {};
-  EXPECT_EQ(solved->verdict, Verdict::kGood) << solved->reason;
-  return *solved;
+  const auto solved = Good(part_alignment::Solve(measured, options));
+  return solved;
 }
 
 void ExpectExact(const sim::SpindleSetup& setup, const std::string& name,
@@ -100,16 +98,15 @@ TEST(AlignRoundTrip, ThreeHundredClampingsScatterAsInTable3) {
   for (std::uint64_t i = 0; i < kClampings; ++i) {
     const sim::SpindleName name = {kSeed, i};
     const sim::SpindleWorld world = sim::DrawSpindleWorld(setup, name);
-    const auto solved = part_alignment::Solve(test::MeasurementOf(world, name, setup.sigma_px),
-                                              part_alignment::SolveOptions{});
-    ASSERT_TRUE(solved) << solved.error().message;
-    if (solved->verdict != Verdict::kGood) continue;
+    const auto solved = Must(part_alignment::Solve(test::MeasurementOf(world, name, setup.sigma_px),
+                                                   part_alignment::SolveOptions{}));
+    if (solved.verdict != Verdict::kGood) continue;
     const Eigen::VectorXd truth = test::TruthOf(world);
     for (int k = 0; k < 3; ++k) {
-      error[k].push_back(solved->machine_from_part.translation_mm[k] - truth[k]);
-      error[k + 3].push_back(solved->machine_from_part.angles_rad[k] - truth[k + 3]);
+      error[k].push_back(solved.machine_from_part.translation_mm[k] - truth[k]);
+      error[k + 3].push_back(solved.machine_from_part.angles_rad[k] - truth[k + 3]);
     }
-    error[6].push_back(solved->clamping.angle_rad - truth[6]);
+    error[6].push_back(solved.clamping.angle_rad - truth[6]);
   }
   // A chi-square test at 1e-3 or finer refuses next to none of 300 sound measurements.
   EXPECT_GE(error[0].size(), kClampings - 5) << "seed " << kSeed;
@@ -129,11 +126,10 @@ TEST(AlignRoundTrip, ObservationsFileOfTheVirtualSpindleIsReadAndSolved) {
   const sim::SpindleName which = {kSeed, 4};
   const sim::SpindleWorld world = sim::DrawSpindleWorld(setup, which);
   std::ofstream(path) << sim::ObservationsJson(world, which, 20);
-  const auto input = files::ReadAlignmentFile(path);
-  ASSERT_TRUE(input) << input.error().message;
-  EXPECT_TRUE(input->unknowns.clamp_angle);
-  EXPECT_EQ(input->numeric_ids.size(), 4U);
-  const auto solved = Solved(input->measurement, {});
+  const auto input = Must(files::ReadAlignmentFile(path));
+  EXPECT_TRUE(input.unknowns.clamp_angle);
+  EXPECT_EQ(input.numeric_ids.size(), 4U);
+  const auto solved = Solved(input.measurement, {});
   const Eigen::VectorXd error =
       solved.machine_from_part.translation_mm - test::TruthOf(world).head<3>();
   for (int i = 0; i < 3; ++i) {

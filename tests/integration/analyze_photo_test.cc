@@ -18,6 +18,7 @@
 #include "pressure_advance/files/plan_file.h"
 #include "pressure_advance/photo/photo_test_support.h"
 #include "support/analyze_result.h"
+#include "support/matchers.h"
 
 namespace trammel {
 namespace {
@@ -31,7 +32,6 @@ using test::AnalyzeToJson;
 using test::ExpectRefusalText;
 using test::ExpectRefused;
 using test::ExpectRejected;
-using ::testing::AllOf;
 using ::testing::HasSubstr;
 using ::testing::Not;
 
@@ -78,27 +78,28 @@ TEST_F(AnalyzePhoto, AnswersWithFiguresAndReport) {
 TEST_F(AnalyzePhoto, ReadsWhatTheVirtualPrintShopShoots) {
   ASSERT_EQ(test::RunTrammel("pa pattern --material abs --set preset=paper", folder()).exit_code,
             0);
-  const auto photo = test::RunTrammel(
-      "sim photo pattern.gcode --seed 3 --size 720x1280 --pressure-advance 0.025 --out photo.jpg",
-      folder());
-  ASSERT_EQ(photo.exit_code, 0) << photo.output;
+  ASSERT_THAT(test::RunTrammel("sim photo pattern.gcode --seed 3 --size 720x1280 "
+                               "--pressure-advance 0.025 --out photo.jpg",
+                               folder()),
+              Ends(0));
   const json answer =
       AnalyzeToJson("photo.jpg --pa 0:0.06:10 --segments 0.25:5,0.5:150,0.25:5", folder());
   ExpectAnswer(answer, 0.025);
 }
 
 TEST_F(AnalyzePhoto, TakesValuesAndSegmentsFromThePlanOfThePrint) {
-  const auto pattern = test::RunTrammel(
-      "pa pattern --material abs --pa 0:0.06:0.005 --set "
-      "'segments=[{fraction=0.15,speed=10},{fraction=0.6,speed=100},{fraction=0.25,speed=10}]' "
-      "--set preset=paper --set "
-      "line_spacing=1.5",
-      folder());
-  ASSERT_EQ(pattern.exit_code, 0) << pattern.output;
-  const auto photo = test::RunTrammel(
-      "sim photo pattern.gcode --seed 3 --size 720x1280 --pressure-advance 0.025 --out photo.jpg",
-      folder());
-  ASSERT_EQ(photo.exit_code, 0) << photo.output;
+  ASSERT_THAT(
+      test::RunTrammel(
+          "pa pattern --material abs --pa 0:0.06:0.005 --set "
+          "'segments=[{fraction=0.15,speed=10},{fraction=0.6,speed=100},{fraction=0.25,speed=10}]' "
+          "--set preset=paper --set "
+          "line_spacing=1.5",
+          folder()),
+      Ends(0));
+  ASSERT_THAT(test::RunTrammel("sim photo pattern.gcode --seed 3 --size 720x1280 "
+                               "--pressure-advance 0.025 --out photo.jpg",
+                               folder()),
+              Ends(0));
   const json planned = AnalyzeToJson("photo.jpg --plan pattern.plan.json", folder());
   ExpectAnswer(planned, 0.025);
   for (const json& notice : planned.at("notices")) {
@@ -113,10 +114,10 @@ TEST_F(AnalyzePhoto, TakesValuesAndSegmentsFromThePlanOfThePrint) {
 // Printed for a photo, photographed, and handed on mirrored and turned as chats do.
 TEST_F(AnalyzePhoto, ReadsThePatternForAPhotoAnyWayUp) {
   ASSERT_EQ(test::RunTrammel("pa pattern --material abs --photo", folder()).exit_code, 0);
-  const auto photo = test::RunTrammel(
-      "sim photo pattern.gcode --seed 4 --size 1080x1440 --pressure-advance 0.042 --out photo.jpg",
-      folder());
-  ASSERT_EQ(photo.exit_code, 0) << photo.output;
+  ASSERT_THAT(test::RunTrammel("sim photo pattern.gcode --seed 4 --size 1080x1440 "
+                               "--pressure-advance 0.042 --out photo.jpg",
+                               folder()),
+              Ends(0));
   const cv::Mat upright = cv::imread((folder() / "photo.jpg").string());
   const json reference = AnalyzeToJson("photo.jpg --plan pattern.plan.json", folder());
   ExpectAnswer(reference, 0.042);
@@ -139,10 +140,10 @@ TEST_F(AnalyzePhoto, TakesNoListThatNobodyNamed) {
   ASSERT_EQ(
       test::RunTrammel("pa pattern --material abs --photo --pa 0:0.05:0.0025", folder()).exit_code,
       0);
-  const auto photo = test::RunTrammel(
-      "sim photo pattern.gcode --seed 4 --size 1080x1440 --pressure-advance 0.02 --out photo.jpg",
-      folder());
-  ASSERT_EQ(photo.exit_code, 0) << photo.output;
+  ASSERT_THAT(test::RunTrammel("sim photo pattern.gcode --seed 4 --size 1080x1440 "
+                               "--pressure-advance 0.02 --out photo.jpg",
+                               folder()),
+              Ends(0));
   fs::create_directories(folder() / "downloads");
   fs::rename(folder() / "photo.jpg", folder() / "downloads" / "photo.jpg");
   // Neither beside a plan nor after a print that is noted.
@@ -157,7 +158,7 @@ TEST_F(AnalyzePhoto, TakesNoListThatNobodyNamed) {
     const json answer = AnalyzeToJson("downloads/photo.jpg" + std::string(options), folder());
     ExpectAnswer(answer, 0.02);
     EXPECT_THAT(answer.at("notices").dump(),
-                AllOf(HasSubstr("21 from 0 to 0.05 s"), HasSubstr("pattern.plan.json")));
+                Containing("21 from 0 to 0.05 s", "pattern.plan.json"));
   }
   // The same plan twice is one; two lists are none.
   fs::copy_file(beside, folder() / "downloads" / "copy.plan.json");
@@ -176,17 +177,14 @@ TEST_F(AnalyzePhoto, TakesNoListThatNobodyNamed) {
   fs::remove(folder() / "downloads" / "copy.plan.json");
   // The last print that is noted, unless the photo is older.
   const auto note = [&](const char* utc, const std::string& printer, const fs::path& run) {
-    const auto written =
-        files::NotePatternPrint(folder() / "state" / "trammel" / files::kPatternPrintsFile,
-                                {utc, printer, run.string(), "", true, {}});
-    ASSERT_TRUE(written) << written.error().message;
+    Must(files::NotePatternPrint(folder() / "state" / "trammel" / files::kPatternPrintsFile,
+                                 {utc, printer, run.string(), "", true, {}}));
   };
   fs::create_directories(folder() / "state" / "trammel");
   note("2026-01-02T00:00:00Z", "voron", folder());
   const json printed = AnalyzeToJson("downloads/photo.jpg", folder());
   ExpectAnswer(printed, 0.02);
-  EXPECT_THAT(printed.at("notices").dump(),
-              AllOf(HasSubstr("21 from 0 to 0.05 s"), HasSubstr("of the last print")));
+  EXPECT_THAT(printed.at("notices").dump(), Containing("21 from 0 to 0.05 s", "of the last print"));
   note("2999-01-02T00:00:00Z", "voron", folder());
   ExpectRejected("downloads/photo.jpg", folder(),
                  {"cannot tell which values", "older than the pattern's last print"});
@@ -214,8 +212,7 @@ TEST_F(AnalyzePhoto, PrintsTheAnswerAlsoWhereItsFilesCannotBeWritten) {
   const auto run = test::RunTrammel(
       "pa analyze photo.jpg --json --report /proc/page.html --figures figures " + std::string(kPa),
       folder());
-  EXPECT_EQ(run.exit_code, 1) << run.output;
-  EXPECT_THAT(run.standard_error, HasSubstr("page.html: cannot be written"));
+  EXPECT_THAT(run, Fails(1, "page.html: cannot be written"));
   const json answer = json::parse(run.standard_output);
   ExpectAnswer(answer, drawn_.right_value_s);
   EXPECT_TRUE(answer.at("report").is_null());
@@ -314,9 +311,8 @@ TEST_F(AnalyzePhoto, TheTutorialsCommandsAnswerAsItShows) {
       shown.push_back(line);
     } else if (line.starts_with(kPrompt)) {
       if (line.find("pa analyze photo.jpg") != std::string::npos) {
-        const test::CommandResult photo =
-            test::RunTrammel("sim photo pattern.gcode --seed 77 -o photo.jpg", folder());
-        ASSERT_EQ(photo.exit_code, 0) << photo.output;
+        ASSERT_THAT(test::RunTrammel("sim photo pattern.gcode --seed 77 -o photo.jpg", folder()),
+                    Ends(0));
       }
       const test::CommandResult run = test::RunTrammel(line.substr(kPrompt.size()), folder());
       EXPECT_EQ(run.exit_code, 0) << line << run.output;

@@ -15,13 +15,13 @@
 #include "image/png_test_support.h"
 #include "part_alignment/files/camera_file.h"
 #include "sim/spindle/spindle_camera.h"
+#include "support/matchers.h"
 #include "support/run_trammel.h"
 
 namespace trammel {
 namespace {
 
 using nlohmann::json;
-using ::testing::HasSubstr;
 
 constexpr double kRadius_mm = 3;
 
@@ -86,9 +86,8 @@ class BoardCommand : public testing::Test {
     }
     for (std::size_t stop = 0; stop < world.setup.stops.size(); ++stop) {
       const auto picture = sim::BoardPictureAt(world, stop, patterns, like);
-      const auto page = sim::TakePicture(picture, world.noise.Fork(stop));
-      ASSERT_TRUE(page) << page.error().message;
-      test::WriteWhole(At(NameOf(stop)), image::PngOf(*page));
+      const auto page = Must(sim::TakePicture(picture, world.noise.Fork(stop)));
+      test::WriteWhole(At(NameOf(stop)), image::PngOf(page));
     }
   }
 
@@ -122,23 +121,20 @@ TEST_F(BoardCommand, CalibratesACameraByPicturesOfAPrintedSheet) {
   const auto world = PrintedBoard(layout, 77);
   TakePictures(world, layout);
   Write("board.json", BoardJson(world).dump());
-  const auto run = Run(
-      "calibrate --board board.json --keep-observations seen.json --out camera.json --report page");
-  ASSERT_EQ(run.exit_code, 0) << run.output;
-  EXPECT_THAT(run.standard_output, HasSubstr("not seen  the machine's own scale"));
+  ASSERT_THAT(Run("calibrate --board board.json --keep-observations seen.json --out camera.json "
+                  "--report page"),
+              Prints(0, "not seen  the machine's own scale"));
   EXPECT_TRUE(std::filesystem::exists(At("page/report.html")));
-  const auto camera = files::ReadCameraFile(At("camera.json"));
-  ASSERT_TRUE(camera) << camera.error().message;
-  const auto error = test::BoardError(world, camera->camera);
-  const double nees = geometry::SquaredMahalanobisDistance(*camera->calibration->covariance, error);
+  const auto camera = Must(files::ReadCameraFile(At("camera.json")));
+  const auto error = test::BoardError(world, camera.camera);
+  const double nees = geometry::SquaredMahalanobisDistance(*camera.calibration->covariance, error);
   EXPECT_LT(nees, ChiSquareQuantile(0.9999, part_alignment::kCameraParameters));
-  EXPECT_LT(std::abs(error[0]) / camera->camera.pixel_pitch_mm, 1);  // px of 2813
-  EXPECT_LT(error.segment<2>(1).norm(), 1);                          // px
+  EXPECT_LT(std::abs(error[0]) / camera.camera.pixel_pitch_mm, 1);  // px of 2813
+  EXPECT_LT(error.segment<2>(1).norm(), 1);                         // px
 
   // From here on the stored observations suffice.
-  const auto again =
-      Run("calibrate --board board.json --observations seen.json --out camera.json --force --json");
-  ASSERT_EQ(again.exit_code, 0) << again.output;
+  const auto again = Must(Run(
+      "calibrate --board board.json --observations seen.json --out camera.json --force --json"));
   EXPECT_EQ(json::parse(again.standard_output).at("verdict"), "good");
 
   json wrong = BoardJson(world);
@@ -146,16 +142,14 @@ TEST_F(BoardCommand, CalibratesACameraByPicturesOfAPrintedSheet) {
     view.at("spindle_mm")[0] = -view.at("spindle_mm")[0].get<double>();
   }
   Write("board.json", wrong.dump());
-  const auto mirrored = Run("calibrate --board board.json --observations seen.json");
-  EXPECT_EQ(mirrored.exit_code, 2) << mirrored.output;
-  EXPECT_THAT(mirrored.output, HasSubstr("mirror image"));
+  EXPECT_THAT(Run("calibrate --board board.json --observations seen.json"),
+              Says(2, "mirror image"));
 
   json fewer = BoardJson(world);
   fewer.at("views").erase(0);
   Write("board.json", fewer.dump());
-  const auto unknown = Run("calibrate --board board.json --observations seen.json");
-  EXPECT_EQ(unknown.exit_code, 1) << unknown.output;
-  EXPECT_THAT(unknown.output, HasSubstr("no view names the picture p10.png"));
+  EXPECT_THAT(Run("calibrate --board board.json --observations seen.json"),
+              Says(1, "no view names the picture p10.png"));
 }
 
 }  // namespace

@@ -16,13 +16,13 @@
 #include "sim/camera/jpeg.h"
 #include "sim/spindle/spindle_board.h"
 #include "sim/spindle/spindle_camera.h"
+#include "support/matchers.h"
 
 namespace trammel {
 namespace {
 
 using Eigen::Vector3d;
 using part_alignment::BoardMeasurement;
-using ::testing::Each;
 using ::testing::HasSubstr;
 
 constexpr double kSafe_mm = 1000;
@@ -144,10 +144,9 @@ struct Stand {
 
 TEST(BoardDrive, GoesUpAcrossAndDownAndComesBackToWhereItStood) {
   Stand stand;
-  const auto board = stand.Drive();
-  ASSERT_TRUE(board) << board.error().message;
-  EXPECT_EQ(board->views.size(), 5U + 12U);
-  EXPECT_EQ(board->camera.width_px, 648);
+  const auto board = Must(stand.Drive());
+  EXPECT_EQ(board.views.size(), 5U + 12U);
+  EXPECT_EQ(board.camera.width_px, 648);
   EXPECT_EQ(stand.asked.size(), 2U);
   EXPECT_TRUE(stand.back());
   Vector3d at_mm = kStart_mm;
@@ -156,20 +155,18 @@ TEST(BoardDrive, GoesUpAcrossAndDownAndComesBackToWhereItStood) {
     if (to.head<2>() != at_mm.head<2>()) EXPECT_EQ(std::min(to.z(), at_mm.z()), kSafe_mm);
     at_mm = to;
   }
-  const auto found = part_alignment::CalibrateByBoard(*board, {});
-  ASSERT_TRUE(found) << found.error().message;
-  EXPECT_NEAR(found->camera.focal_length_mm, stand.world.setup.lens.focal_length_mm, 0.01)
-      << found->reason;
+  const auto found = Must(part_alignment::CalibrateByBoard(board, {}));
+  EXPECT_NEAR(found.camera.focal_length_mm, stand.world.setup.lens.focal_length_mm, 0.01)
+      << found.reason;
 }
 
 TEST(BoardDrive, HalfATurnAndBackIsTakenWithPicturesAtEach) {
   Stand stand;
   stand.options.half_turn = true;
-  const auto board = stand.Drive();
-  ASSERT_TRUE(board) << board.error().message;
+  const auto board = Must(stand.Drive());
   EXPECT_THAT(stand.turns, testing::ElementsAre(180, 0));
-  EXPECT_EQ(board->views.size(), 5U + 12U + 6U + 5U);
-  const auto turned = std::count_if(board->views.begin(), board->views.end(), [](const auto& view) {
+  EXPECT_EQ(board.views.size(), 5U + 12U + 6U + 5U);
+  const auto turned = std::count_if(board.views.begin(), board.views.end(), [](const auto& view) {
     return view.spindle_rotation(0, 0) < 0;
   });
   EXPECT_EQ(turned, 6);
@@ -179,10 +176,7 @@ TEST(BoardDrive, HalfATurnAndBackIsTakenWithPicturesAtEach) {
 TEST(BoardDrive, NothingMovesBeforeTheFirstYes) {
   Stand stand;
   stand.yes = 0;
-  const auto board = stand.Drive();
-  ASSERT_FALSE(board);
-  EXPECT_EQ(board.error().kind, ErrorKind::kInterrupted);
-  EXPECT_THAT(board.error().message, HasSubstr("as you answered"));
+  EXPECT_THAT(stand.Drive(), FailsWith(ErrorKind::kInterrupted, "as you answered"));
   EXPECT_TRUE(stand.moves.empty());
 }
 
@@ -203,10 +197,7 @@ TEST(BoardDrive, ACameraThatFailsBringsItBack) {
     return Fail("the camera is gone", ErrorKind::kMachine);
   };
   const auto board = stand.Drive();
-  ASSERT_FALSE(board);
-  EXPECT_THAT(board.error().message,
-              testing::AllOf(HasSubstr("view 9: the camera is gone"),
-                             HasSubstr("the spindle is back where it stood")));
+  ASSERT_THAT(board, FailsWith("view 9: the camera is gone", "the spindle is back where it stood"));
   EXPECT_EQ(stand.board.views.size(), 8U);
   EXPECT_TRUE(stand.back());
 }
@@ -214,9 +205,7 @@ TEST(BoardDrive, ACameraThatFailsBringsItBack) {
 TEST(BoardDrive, BehindAFailureOfTheMachineNothingMovesAnyMore) {
   Stand stand;
   stand.move_fails = 20;
-  const auto board = stand.Drive();
-  ASSERT_FALSE(board);
-  EXPECT_EQ(board.error().kind, ErrorKind::kMachine);
+  EXPECT_THAT(stand.Drive(), FailsWith(ErrorKind::kMachine));
   EXPECT_EQ(stand.moves.size(), 20U);
 }
 
@@ -226,9 +215,7 @@ TEST(BoardDrive, AStopLeavesItWhereItIs) {
     if (stand.kept.size() < 8) return {};
     return Fail("stopped", ErrorKind::kInterrupted);
   };
-  const auto board = stand.Drive();
-  ASSERT_FALSE(board);
-  EXPECT_EQ(board.error().kind, ErrorKind::kInterrupted);
+  EXPECT_THAT(stand.Drive(), FailsWith(ErrorKind::kInterrupted));
   EXPECT_FALSE(stand.back());
 }
 
@@ -238,9 +225,7 @@ TEST(BoardDrive, ASpindleThatSomebodyMovesIsLeftToThem) {
     if (stand.kept.size() == 8) stand.at_mm.x() += 0.02;
     return {};
   };
-  const auto board = stand.Drive();
-  ASSERT_FALSE(board);
-  EXPECT_THAT(board.error().message, HasSubstr("view 9: the spindle moved by 0.020 mm"));
+  EXPECT_THAT(stand.Drive(), FailsWith("view 9: the spindle moved by 0.020 mm"));
   const std::size_t moves = stand.moves.size();
   EXPECT_EQ(stand.at_mm, stand.moves.back() + Vector3d(0.02, 0, 0)) << moves;
 }
@@ -248,10 +233,9 @@ TEST(BoardDrive, ASpindleThatSomebodyMovesIsLeftToThem) {
 TEST(BoardDrive, PicturesThatShowTooLittleAreLeftOutAndSaid) {
   Stand stand;
   stand.dark_beyond_mm = kStart_mm.x() + 60;
-  const auto board = stand.Drive();
-  ASSERT_TRUE(board) << board.error().message;
+  const auto board = Must(stand.Drive());
   EXPECT_THAT(stand.told, HasSubstr(": 0 marks; fewer than 4, it is left out"));
-  EXPECT_EQ(board->views.size(), 5U + 12U);
+  EXPECT_EQ(board.views.size(), 5U + 12U);
   EXPECT_TRUE(stand.back());
 }
 
@@ -262,9 +246,8 @@ TEST(BoardDrive, WhereTooManyShowTooLittleItComesBackAndSaysWhy) {
     return {};
   };
   const auto board = stand.Drive();
-  ASSERT_FALSE(board);
-  EXPECT_EQ(board.error().kind, ErrorKind::kMeasurement);
-  EXPECT_THAT(board.error().message, HasSubstr("7 of 12 planned pictures show fewer than 4 marks"));
+  ASSERT_THAT(board, FailsWith(ErrorKind::kMeasurement,
+                               "7 of 12 planned pictures show fewer than 4 marks"));
   EXPECT_LT(stand.board.views.size(), 5U + 12U);  // no longer than it takes to know
   EXPECT_TRUE(stand.back());
 }
@@ -272,9 +255,7 @@ TEST(BoardDrive, WhereTooManyShowTooLittleItComesBackAndSaysWhy) {
 TEST(BoardDrive, WithoutTheBoardInViewNothingIsAskedOrMoved) {
   Stand stand;
   stand.dark_beyond_mm = 0;
-  const auto board = stand.Drive();
-  ASSERT_FALSE(board);
-  EXPECT_THAT(board.error().message, HasSubstr("shows 0 of the sheet's 30 marks"));
+  EXPECT_THAT(stand.Drive(), FailsWith("shows 0 of the sheet's 30 marks"));
   EXPECT_TRUE(stand.asked.empty());
   EXPECT_TRUE(stand.moves.empty());
 }
@@ -282,17 +263,12 @@ TEST(BoardDrive, WithoutTheBoardInViewNothingIsAskedOrMoved) {
 TEST(BoardDrive, LimitsThatLeaveTooLittleAreRefusedAndItComesBack) {
   Stand stand;
   stand.options.route.travel.high_mm.z() = stand.options.route.safe_z_mm = kStart_mm.z() + 40;
-  const auto board = stand.Drive();
-  ASSERT_FALSE(board);
-  EXPECT_EQ(board.error().kind, ErrorKind::kSafety);
-  EXPECT_THAT(board.error().message, HasSubstr("the upper limit of Z"));
+  EXPECT_THAT(stand.Drive(), FailsWith(ErrorKind::kSafety, "the upper limit of Z"));
   EXPECT_TRUE(stand.back());
 
   Stand above;
   above.options.route.safe_z_mm = kStart_mm.z() - 1;
-  const auto below = above.Drive();
-  ASSERT_FALSE(below);
-  EXPECT_THAT(below.error().message, HasSubstr("above the safe height"));
+  EXPECT_THAT(above.Drive(), FailsWith("above the safe height"));
   EXPECT_TRUE(above.kept.empty());
 }
 
@@ -301,10 +277,7 @@ TEST(BoardDrive, AnObstacleInTheWayIsRefusedBeforeItIsDrivenTo) {
   stand.options.route.camera_radius_mm = 40;
   stand.options.route.camera_below_mm = 350;
   stand.options.route.obstacles = {{{690, 0, 0}, {1200, 800, 250}}};
-  const auto board = stand.Drive();
-  ASSERT_FALSE(board);
-  EXPECT_EQ(board.error().kind, ErrorKind::kSafety);
-  EXPECT_THAT(board.error().message, HasSubstr("obstacle 1"));
+  EXPECT_THAT(stand.Drive(), FailsWith(ErrorKind::kSafety, "obstacle 1"));
   EXPECT_EQ(stand.asked.size(), 1U);
   EXPECT_TRUE(stand.back());
 }

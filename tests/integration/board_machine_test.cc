@@ -19,6 +19,7 @@
 #include "geometry/linear_systems.h"
 #include "machine/linuxcnc/linuxcnc.h"
 #include "part_alignment/files/camera_file.h"
+#include "support/matchers.h"
 #include "support/run_trammel.h"
 #include "support/trammel_process.h"
 
@@ -27,16 +28,16 @@ namespace {
 
 namespace fs = std::filesystem;
 using nlohmann::json;
-using ::testing::AllOf;
 using ::testing::HasSubstr;
 using ::testing::Not;
 
 class BoardMachine : public testing::Test {
  protected:
   void SetUp() override {
-    const auto sheet = test::RunTrammel(
-        "align targets --count 40 --radius 3 --out sheet.pdf --layout sheet.json", folder_.path());
-    ASSERT_EQ(sheet.exit_code, 0) << sheet.output;
+    ASSERT_THAT(
+        test::RunTrammel("align targets --count 40 --radius 3 --out sheet.pdf --layout sheet.json",
+                         folder_.path()),
+        Ends(0));
   }
   // The mill with its camera, small pictures and quick axes.
   void Start(const std::string& more = "") {
@@ -102,39 +103,34 @@ constexpr const char* kPlaced = " --place -2,0,-320 --place-sigma 1,1,0.5";
 TEST_F(BoardMachine, WithoutACameraFileTheMachineCalibratesItsCamera) {
   Start();
   const double pitch_mm = ReadJson("truth.json")["camera"]["pixel_pitch_mm"];
-  const auto run = Board(kByC + Touches() + fmt::format(" --pixel-pitch-mm {}", pitch_mm));
-  ASSERT_EQ(run.exit_code, 0) << run.output;
-  const auto found = files::ReadCameraFile(folder_.path() / "run/camera.json");
-  ASSERT_TRUE(found) << found.error().message;
+  ASSERT_THAT(Board(kByC + Touches() + fmt::format(" --pixel-pitch-mm {}", pitch_mm)), Ends(0));
+  const auto found = Must(files::ReadCameraFile(folder_.path() / "run/camera.json"));
   test::WriteWhole(folder_.path() / "true.json",
                    json{{"format", 1}, {"camera", ReadJson("truth.json")["camera"]}}.dump());
-  const auto truth = files::ReadCameraFile(folder_.path() / "true.json");
-  ASSERT_TRUE(truth) << truth.error().message;
+  const auto truth = Must(files::ReadCameraFile(folder_.path() / "true.json"));
   part_alignment::CameraVector error =
-      part_alignment::ParametersOf(found->camera) - part_alignment::ParametersOf(truth->camera);
+      part_alignment::ParametersOf(found.camera) - part_alignment::ParametersOf(truth.camera);
   for (int i = 10; i < part_alignment::kCameraParameters; ++i) {
     error[i] = std::remainder(error[i], 2 * std::numbers::pi);
   }
-  const double nees = geometry::SquaredMahalanobisDistance(*found->calibration->covariance, error);
+  const double nees = geometry::SquaredMahalanobisDistance(*found.calibration->covariance, error);
   EXPECT_LT(nees, ChiSquareQuantile(0.999, part_alignment::kCameraParameters));
-  EXPECT_LT(std::abs(error[0]) / found->camera.pixel_pitch_mm, 0.5);  // px of 1055
-  EXPECT_LT(error.segment<3>(7).norm(), 0.05);                        // mm
+  EXPECT_LT(std::abs(error[0]) / found.camera.pixel_pitch_mm, 0.5);  // px of 1055
+  EXPECT_LT(error.segment<3>(7).norm(), 0.05);                       // mm
   EXPECT_EQ(Stands(), kStart_mm);
   // The folder is what is taken by hand, too.
-  const auto again = test::RunTrammel(
-      "align calibrate --board run/board.json --observations run/seen.json --json", folder_.path());
-  ASSERT_EQ(again.exit_code, 0) << again.output;
+  const auto again = Must(
+      test::RunTrammel("align calibrate --board run/board.json --observations run/seen.json --json",
+                       folder_.path()));
   EXPECT_EQ(json::parse(again.standard_output)["parameters"]["focal_length_mm"]["value"],
-            found->camera.focal_length_mm);
-  const auto pictures =
-      test::RunTrammel("align calibrate --board run/board.json --json", folder_.path());
-  EXPECT_EQ(pictures.exit_code, 0) << pictures.output;
+            found.camera.focal_length_mm);
+  EXPECT_THAT(test::RunTrammel("align calibrate --board run/board.json --json", folder_.path()),
+              Ends(0));
   // It is what the next commands take.
-  const auto next = test::RunTrammel(
-      "align camera run/camera.json --model "
-      "brown_ideal_to_distorted --most-error-px 1",
-      folder_.path());
-  EXPECT_EQ(next.exit_code, 0) << next.output;
+  EXPECT_THAT(test::RunTrammel("align camera run/camera.json --model "
+                               "brown_ideal_to_distorted --most-error-px 1",
+                               folder_.path()),
+              Ends(0));
 }
 
 void Replace(const std::string& what, const std::string& by, std::string& text) {
@@ -168,8 +164,7 @@ TEST_F(BoardMachine, TheManualsCommandsRunInTheirOrder) {
       Replace("http://127.0.0.1:5108/stream", camera_, command);
       command += " --pictures 16 --settle 0.1 --feed 100000 --turn-speed 30000 --yes move";
     }
-    const auto run = test::RunTrammel(command, folder_.path());
-    EXPECT_EQ(run.exit_code, 0) << command << "\n" << run.output;
+    EXPECT_THAT(test::RunTrammel(command, folder_.path()), Ends(0)) << command;
   }
   EXPECT_EQ(count, 4) << "the page has lost its commands";
   EXPECT_TRUE(files::ReadCameraFile(folder_.path() / "camera.json"));
@@ -177,20 +172,18 @@ TEST_F(BoardMachine, TheManualsCommandsRunInTheirOrder) {
 
 TEST_F(BoardMachine, WithoutTouchesItKeepsThePicturesAndSaysWhatIsMissing) {
   Start();
-  const auto run = Board(kLocked);
-  EXPECT_EQ(run.exit_code, 2) << run.output;
-  EXPECT_THAT(
-      run.standard_error,
-      AllOf(HasSubstr("without --touch"), HasSubstr("without --half-turn"),
-            HasSubstr("next      mend board.json, then: trammel align calibrate --board ")));
+  EXPECT_THAT(Board(kLocked),
+              Fails(2, "without --touch", "without --half-turn",
+                    "next      mend board.json, then: trammel align calibrate --board "));
   EXPECT_FALSE(fs::exists(folder_.path() / "run/camera.json"));
   json board = ReadJson("run/board.json");
   board["place"] = {{"at_mm", {-2, 0, -320}}, {"sigma_mm", {1, 1, 0.5}}};
   test::WriteWhole(folder_.path() / "run/board.json", board.dump());
-  const auto later = test::RunTrammel(
-      "align calibrate --board run/board.json --observations run/seen.json --out camera.json",
-      folder_.path());
-  EXPECT_EQ(later.exit_code, 0) << later.output;
+  EXPECT_THAT(
+      test::RunTrammel(
+          "align calibrate --board run/board.json --observations run/seen.json --out camera.json",
+          folder_.path()),
+      Ends(0));
 }
 
 TEST_F(BoardMachine, CtrlCInTheMiddleLeavesTheMachineStandingAndThePicturesKept) {
@@ -215,9 +208,7 @@ TEST_F(BoardMachine, NothingMovesOnAMachineThatIsNotReady) {
        {std::pair{"not-homed", "are homed"}, std::pair{"spindle-turns", "the spindle turns"}}) {
     fs::remove(folder_.path() / "truth.json");
     Start(fmt::format("--fault {}=1", fault));
-    const auto run = Board(std::string(kLocked) + kPlaced);
-    EXPECT_EQ(run.exit_code, 4) << run.output;
-    EXPECT_THAT(run.standard_error, HasSubstr(words));
+    EXPECT_THAT(Board(std::string(kLocked) + kPlaced), Fails(4, words));
     EXPECT_EQ(Stands(), kStart_mm) << fault;
     EXPECT_FALSE(fs::exists(folder_.path() / "run")) << "a refusal leaves nothing behind";
   }
@@ -227,18 +218,12 @@ TEST_F(BoardMachine, NothingMovesWithoutAYesALimitOrAHeldSpindle) {
   Start();
   std::string unasked = Arguments(std::string(kLocked) + kPlaced);
   unasked.erase(unasked.find("--yes move"), 10);
-  const auto nobody = test::RunTrammel(unasked, folder_.path());
-  EXPECT_EQ(nobody.exit_code, 1) << nobody.output;
-  EXPECT_THAT(nobody.standard_error, HasSubstr("say --yes move"));
+  EXPECT_THAT(test::RunTrammel(unasked, folder_.path()), Fails(1, "say --yes move"));
   const auto held = Board("--pictures 16");
   EXPECT_EQ(held.exit_code, 4) << held.output;
   EXPECT_THAT(held.standard_error, HasSubstr("nothing says that the spindle is held"));
-  const auto by_hand = Board("--spindle-locked --half-turn");
-  EXPECT_EQ(by_hand.exit_code, 1) << by_hand.output;
-  EXPECT_THAT(by_hand.standard_error, HasSubstr("run it in a terminal"));
-  const auto low = Board(std::string(kLocked) + " --safe-z 500");
-  EXPECT_EQ(low.exit_code, 4) << low.output;
-  EXPECT_THAT(low.standard_error, HasSubstr("above the safe height"));
+  EXPECT_THAT(Board("--spindle-locked --half-turn"), Fails(1, "run it in a terminal"));
+  EXPECT_THAT(Board(std::string(kLocked) + " --safe-z 500"), Fails(4, "above the safe height"));
   const auto mark = Board(std::string(kLocked) + " --touch 41,1,2,3,120");
   EXPECT_EQ(mark.exit_code, 1) << mark.output;
   EXPECT_THAT(mark.standard_error, HasSubstr("has no mark 41"));
@@ -247,28 +232,22 @@ TEST_F(BoardMachine, NothingMovesWithoutAYesALimitOrAHeldSpindle) {
 
 TEST_F(BoardMachine, AnEmergencyStopEndsItAndIsNamed) {
   Start("--fault estop-at-move=40");
-  const auto run = Board(std::string(kLocked) + kPlaced);
-  EXPECT_EQ(run.exit_code, 4) << run.output;
-  EXPECT_THAT(run.standard_error, AllOf(HasSubstr("emergency stop"), HasSubstr("are kept in")));
+  EXPECT_THAT(Board(std::string(kLocked) + kPlaced), Fails(4, "emergency stop", "are kept in"));
   EXPECT_TRUE(Stands().allFinite());
 }
 
 TEST_F(BoardMachine, ALinkThatDiesEndsItAndKeepsThePictures) {
   Start("--fault silent-at-move=40");
-  const auto run = Board(std::string(kLocked) + kPlaced);
-  EXPECT_EQ(run.exit_code, 3) << run.output;
-  EXPECT_THAT(run.standard_error,
-              AllOf(HasSubstr("it ends by itself with the piece that was sent"),
-                    HasSubstr("are kept in"), Not(HasSubstr("back where it stood"))));
+  EXPECT_THAT(Board(std::string(kLocked) + kPlaced),
+              Fails(3, "it ends by itself with the piece that was sent", "are kept in",
+                    Not(HasSubstr("back where it stood"))));
   EXPECT_GE(ReadJson("run/board.json")["views"].size(), 5U);
 }
 
 TEST_F(BoardMachine, AMoveThatTheControllerRefusesEndsIt) {
   Start("--fault refused-at-move=40");
-  const auto run = Board(std::string(kLocked) + kPlaced);
-  EXPECT_EQ(run.exit_code, 3) << run.output;
-  EXPECT_THAT(run.standard_error,
-              AllOf(HasSubstr("LinuxCNC refuses it"), HasSubstr("the machine stands at")));
+  EXPECT_THAT(Board(std::string(kLocked) + kPlaced),
+              Fails(3, "LinuxCNC refuses it", "the machine stands at"));
   EXPECT_TRUE(Stands().allFinite());
 }
 

@@ -13,6 +13,7 @@
 #include "board_scene.h"
 #include "part_alignment/board/board_poses.h"
 #include "sim/spindle/spindle_board.h"
+#include "support/matchers.h"
 
 namespace trammel {
 namespace {
@@ -92,23 +93,21 @@ class BoardPlanOf : public BoardPlan, public testing::WithParamInterface<Kind> {
 };
 
 TEST_P(BoardPlanOf, FivePicturesTellEnoughToAimAllOthers) {
-  const auto sketch = Sketch();
-  ASSERT_TRUE(sketch) << sketch.error().message;
-  const double focal_px = sketch->camera.focal_length_mm / sketch->camera.pixel_pitch_mm;
+  const auto sketch = Must(Sketch());
+  const double focal_px = sketch.camera.focal_length_mm / sketch.camera.pixel_pitch_mm;
   const double true_px = sim::FocalPx(world_.setup.lens);
   constexpr double kToAim = 0.1;
   EXPECT_NEAR(focal_px, true_px, kToAim * true_px);
   BoardPoseOptions options;
   options.room = kRoom;
   options.highest_mm = 2000;
-  const auto poses = part_alignment::PlanBoardPoses(*sketch, 0, start_mm_, options);
-  ASSERT_TRUE(poses) << poses.error().message;
-  EXPECT_NEAR(poses->nearest_mm, kind_.distance_mm, kToAim * kind_.distance_mm);
-  EXPECT_NEAR(poses->farthest_mm, 2 * poses->nearest_mm, 1e-6);
-  ASSERT_EQ(poses->spindle_mm.size(), 40U);
+  const auto poses = Must(part_alignment::PlanBoardPoses(sketch, 0, start_mm_, options));
+  EXPECT_NEAR(poses.nearest_mm, kind_.distance_mm, kToAim * kind_.distance_mm);
+  EXPECT_NEAR(poses.farthest_mm, 2 * poses.nearest_mm, 1e-6);
+  ASSERT_EQ(poses.spindle_mm.size(), 40U);
   int few = 0;
   double farthest_px = 0;
-  for (const Vector3d& place : poses->spindle_mm) {
+  for (const Vector3d& place : poses.spindle_mm) {
     EXPECT_GE(place.z(), start_mm_.z() - 1e-9);
     const BoardView view = See(place);
     few += view.observations.size() < 6 ? 1 : 0;
@@ -134,57 +133,50 @@ INSTANTIATE_TEST_SUITE_P(Cameras, BoardPlanOf,
 TEST_F(BoardPlan, HalfATurnOfACameraBesideTheAxisIsFollowed) {
   world_.setup.lens.offset_mm = {18, -11, -320.3};
   start_mm_ += Vector3d(-18, 11, 0);
-  auto sketch = Sketch();
-  ASSERT_TRUE(sketch) << sketch.error().message;
+  auto sketch = Must(Sketch());
   const BoardView turned = See(start_mm_ + Vector3d(0, 0, 100), std::numbers::pi);
   ASSERT_GT(turned.observations.size(), 4U);
-  const Vector3d before = sketch->middle_mm;
-  const double off_px = part_alignment::ShiftSketch(turned, std::numbers::pi, *sketch);
+  const Vector3d before = sketch.middle_mm;
+  const double off_px = part_alignment::ShiftSketch(turned, std::numbers::pi, sketch);
   EXPECT_LT(off_px, 30);  // of 2592: approximate aim by an uncalibrated camera
-  EXPECT_NEAR(sketch->middle_mm.x() - before.x(), 2 * 18, 2);
-  EXPECT_NEAR(sketch->middle_mm.y() - before.y(), -2 * 11, 2);
+  EXPECT_NEAR(sketch.middle_mm.x() - before.x(), 2 * 18, 2);
+  EXPECT_NEAR(sketch.middle_mm.y() - before.y(), -2 * 11, 2);
   BoardPoseOptions options;
   options.room = kRoom;
   options.highest_mm = 2000;
-  const auto poses = part_alignment::PlanBoardPoses(*sketch, std::numbers::pi, start_mm_, options);
-  ASSERT_TRUE(poses) << poses.error().message;
+  const auto poses =
+      Must(part_alignment::PlanBoardPoses(sketch, std::numbers::pi, start_mm_, options));
   int few = 0;
-  for (const Vector3d& place : poses->spindle_mm) {
+  for (const Vector3d& place : poses.spindle_mm) {
     few += See(place, std::numbers::pi).observations.size() < 6 ? 1 : 0;
   }
   EXPECT_LE(few, 2);
   // One that stayed behind shows the board upright.
-  auto again = Sketch();
-  ASSERT_TRUE(again);
-  EXPECT_GT(part_alignment::ShiftSketch(See(start_mm_), std::numbers::pi, *again), 260);
+  auto again = Must(Sketch());
+  EXPECT_GT(part_alignment::ShiftSketch(See(start_mm_), std::numbers::pi, again), 260);
 }
 
 TEST_F(BoardPlan, ALimitInTheWayIsSaidOrRefusedByItsName) {
-  const auto sketch = Sketch();
-  ASSERT_TRUE(sketch) << sketch.error().message;
+  const auto sketch = Must(Sketch());
   BoardPoseOptions options;
   options.room = kRoom;
   options.highest_mm = 2000;
   options.room.high_mm.x() = start_mm_.x() + 30;
-  const auto poses = part_alignment::PlanBoardPoses(*sketch, 0, start_mm_, options);
-  ASSERT_TRUE(poses) << poses.error().message;
-  EXPECT_THAT(poses->notices, testing::ElementsAre(HasSubstr("the upper limit of X")));
-  for (const Vector3d& place : poses->spindle_mm) EXPECT_LE(place.x(), start_mm_.x() + 30);
+  const auto poses = Must(part_alignment::PlanBoardPoses(sketch, 0, start_mm_, options));
+  EXPECT_THAT(poses.notices, testing::ElementsAre(HasSubstr("the upper limit of X")));
+  for (const Vector3d& place : poses.spindle_mm) EXPECT_LE(place.x(), start_mm_.x() + 30);
 
   options.room = kRoom;
   options.room.high_mm.z() = start_mm_.z() + 100;
-  const auto lower = part_alignment::PlanBoardPoses(*sketch, 0, start_mm_, options);
-  ASSERT_TRUE(lower) << lower.error().message;
-  EXPECT_THAT(lower->notices, testing::ElementsAre(testing::AllOf(HasSubstr("the upper limit of Z"),
-                                                                  HasSubstr("instead of 1 : 2"))));
+  const auto lower = Must(part_alignment::PlanBoardPoses(sketch, 0, start_mm_, options));
+  EXPECT_THAT(lower.notices, testing::ElementsAre(testing::AllOf(HasSubstr("the upper limit of Z"),
+                                                                 HasSubstr("instead of 1 : 2"))));
   options.room.high_mm.z() = start_mm_.z() + 40;
-  const auto flat = part_alignment::PlanBoardPoses(*sketch, 0, start_mm_, options);
-  ASSERT_FALSE(flat);
-  EXPECT_EQ(flat.error().kind, ErrorKind::kSafety);
-  EXPECT_THAT(flat.error().message, HasSubstr("the upper limit of Z, "));
+  EXPECT_THAT(part_alignment::PlanBoardPoses(sketch, 0, start_mm_, options),
+              FailsWith(ErrorKind::kSafety, "the upper limit of Z, "));
   options.room = kRoom;
   options.highest_mm = start_mm_.z() + 40;
-  const auto given = part_alignment::PlanBoardPoses(*sketch, 0, start_mm_, options);
+  const auto given = part_alignment::PlanBoardPoses(sketch, 0, start_mm_, options);
   ASSERT_FALSE(given);
   EXPECT_THAT(given.error().message, HasSubstr("the highest Z that was given"));
 }
@@ -192,32 +184,25 @@ TEST_F(BoardPlan, ALimitInTheWayIsSaidOrRefusedByItsName) {
 TEST_F(BoardPlan, FirstPicturesNeedRoomAboveAndToOneSide) {
   MachineBox room = kRoom;
   room.high_mm.z() = start_mm_.z() + 5;
-  const auto low = part_alignment::FirstBoardPoses(start_mm_, Field_mm(), room);
-  ASSERT_FALSE(low);
-  EXPECT_THAT(low.error().message, HasSubstr("the upper limit of Z"));
+  EXPECT_THAT(part_alignment::FirstBoardPoses(start_mm_, Field_mm(), room),
+              FailsWith("the upper limit of Z"));
   room = kRoom;
   room.high_mm.x() = start_mm_.x() + 5;
-  const auto left = part_alignment::FirstBoardPoses(start_mm_, Field_mm(), room);
-  ASSERT_TRUE(left) << left.error().message;
-  for (const Vector3d& place : *left) EXPECT_LE(place.x(), start_mm_.x());
+  const auto left = Must(part_alignment::FirstBoardPoses(start_mm_, Field_mm(), room));
+  for (const Vector3d& place : left) EXPECT_LE(place.x(), start_mm_.x());
   room.low_mm.x() = start_mm_.x() - 5;
-  const auto none = part_alignment::FirstBoardPoses(start_mm_, Field_mm(), room);
-  ASSERT_FALSE(none);
-  EXPECT_EQ(none.error().kind, ErrorKind::kSafety);
-  EXPECT_THAT(none.error().message, HasSubstr("of X leave less than"));
+  EXPECT_THAT(part_alignment::FirstBoardPoses(start_mm_, Field_mm(), room),
+              FailsWith(ErrorKind::kSafety, "of X leave less than"));
 }
 
 TEST_F(BoardPlan, MirroredPicturesAreNamed) {
-  auto first = part_alignment::FirstBoardPoses(start_mm_, Field_mm(), kRoom);
-  ASSERT_TRUE(first);
-  for (const Vector3d& place : *first) {
+  auto first = Must(part_alignment::FirstBoardPoses(start_mm_, Field_mm(), kRoom));
+  for (const Vector3d& place : first) {
     BoardView view = See(place);
     for (auto& seen : view.observations) seen.column_px = 2591 - seen.column_px;
     measurement_.views.push_back(view);
   }
-  const auto sketch = part_alignment::SketchBoard(measurement_);
-  ASSERT_FALSE(sketch);
-  EXPECT_THAT(sketch.error().message, HasSubstr("mirror image"));
+  EXPECT_THAT(part_alignment::SketchBoard(measurement_), FailsWith("mirror image"));
 }
 
 }  // namespace

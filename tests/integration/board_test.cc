@@ -10,6 +10,7 @@
 #include "base/statistics.h"
 #include "board_scene.h"
 #include "geometry/linear_systems.h"
+#include "support/matchers.h"
 
 namespace trammel {
 namespace {
@@ -26,9 +27,7 @@ BoardMeasurement Drawn(const sim::BoardSetup& setup, std::uint64_t seed) {
 }
 
 BoardCalibration Calibrated(const BoardMeasurement& measurement) {
-  const auto calibration = CalibrateByBoard(measurement, {});
-  EXPECT_TRUE(calibration) << calibration.error().message;
-  return calibration ? *calibration : BoardCalibration{};
+  return Must(CalibrateByBoard(measurement, {}));
 }
 
 TEST(BoardCalibration, GivesTheCameraBackWithoutNoise) {

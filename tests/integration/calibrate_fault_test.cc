@@ -12,6 +12,7 @@
 
 #include "play_all.h"
 #include "sim/moonraker/test_client.h"
+#include "support/matchers.h"
 #include "support/scripted_http.h"
 
 namespace trammel::test {
@@ -20,10 +21,7 @@ namespace {
 using sim::CameraFault;
 using sim::CameraFaultKind;
 using sim::VirtualKlipper;
-using ::testing::AllOf;
-using ::testing::AnyOf;
 using ::testing::ElementsAre;
-using ::testing::Eq;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 
@@ -297,7 +295,7 @@ Case KilledInTheFirstSweep() {
     EXPECT_GT(outcome.recording.told_frames, 5);
     EXPECT_EQ(outcome.recording.exit_code, kNotTrusted);
     EXPECT_THAT(outcome.recording.said,
-                AllOf(HasSubstr("ended in its first sweep"), HasSubstr("frames in line0.avi")));
+                Containing("ended in its first sweep", "frames in line0.avi"));
   };
   return killed;
 }
@@ -358,9 +356,9 @@ std::vector<Case> InTheMiddle() {
   // Klipper switches the heaters off where a line of a print fails.
   cases.front().judge = [](const Outcome& outcome) {
     EXPECT_EQ(outcome.end.exit_code, kMachine);
-    EXPECT_THAT(outcome.end.standard_error,
-                AllOf(HasSubstr("Move out of range"),
-                      HasSubstr("they stay off; before, these were on: heater_bed")));
+    EXPECT_THAT(
+        outcome.end.standard_error,
+        Containing("Move out of range", "they stay off; before, these were on: heater_bed"));
     EXPECT_THAT(outcome.faulty, ElementsAre("bed target is 0 and was 32"));
   };
   for (const auto& [name, kind] : {std::pair{"TimeJumps", CameraFaultKind::kTimeJump},

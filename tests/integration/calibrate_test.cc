@@ -21,6 +21,7 @@
 #include "pressure_advance/files/recording.h"
 #include "sim/moonraker/spoolman.h"
 #include "support/analyze_result.h"
+#include "support/matchers.h"
 
 namespace trammel::test {
 namespace {
@@ -65,10 +66,9 @@ TEST(Calibrate, FindsTheTruthAndLeavesThePrinterAsItWas) {
     shop.With([](sim::VirtualKlipper& klipper) {
       EXPECT_TRUE(klipper.files().empty()) << "an upload was left";
     });
-    const auto scan = files::ReadScan(shop.folder() / "rec");
-    ASSERT_TRUE(scan) << scan.error().message;
+    const auto scan = Must(files::ReadScan(shop.folder() / "rec"));
     for (std::size_t line = 0; row.at_once && line < 10; ++line) {
-      EXPECT_EQ(scan->lines.at(line).video.substr(0, 5), line < 5 ? "line0" : "line5");
+      EXPECT_EQ(scan.lines.at(line).video.substr(0, 5), line < 5 ? "line0" : "line5");
     }
     const auto again = AnalyzeToJson("rec", shop.folder());
     EXPECT_EQ(again["pressure_advance_s"], answer["pressure_advance_s"]);
@@ -114,17 +114,14 @@ TEST(Calibrate, RepeatsThePatternAndSaysWhatEachSaysAlone) {
   EXPECT_EQ(lines.at(0), lines.at(1));
   EXPECT_EQ(AnalyzeToJson("rec", shop.folder())["repeat"], repeat);
   const ProcessEnd text = shop.Run({"pa", "analyze", "rec"});
-  EXPECT_THAT(text.standard_output, HasSubstr("pattern 2"));
-  EXPECT_THAT(text.standard_output, HasSubstr("from pattern to pattern"));
+  EXPECT_THAT(text.standard_output, Containing("pattern 2", "from pattern to pattern"));
 }
 
 TEST(Calibrate, RefusesMorePatternsThanFitBeforeAnythingMoves) {
   MachineShop shop;
   const PrinterLook before = shop.Look();
-  const ProcessEnd end =
-      shop.Calibrate({"--repeat", "9", "--set", "line_spacing=40"})->Wait(kEnough_s);
-  EXPECT_EQ(end.exit_code, 4) << end.standard_error;
-  EXPECT_THAT(end.standard_error, HasSubstr("do not fit beside one another"));
+  EXPECT_THAT(shop.Calibrate({"--repeat", "9", "--set", "line_spacing=40"})->Wait(kEnough_s),
+              Fails(4, "do not fit beside one another"));
   EXPECT_FALSE(std::filesystem::exists(shop.folder() / "rec"));
   EXPECT_THAT(shop.Faulty(before), IsEmpty());
   for (const char* count : {"0", "1", "10", "-1", "nan"}) {
@@ -172,8 +169,7 @@ TEST(Calibrate, ThatIsStoppedInItsSecondPatternKeepsTheFirstAndIsLeftSafe) {
   const auto process = shop.Calibrate({"--speeds", "75,150"});
   shop.WaitUntilSweeping(7, *process);  // five lines each
   process->Send(SIGINT);
-  const ProcessEnd end = process->Wait(kEnough_s);
-  EXPECT_EQ(end.exit_code, 130) << end.standard_error;
+  EXPECT_THAT(process->Wait(kEnough_s), Ends(130));
   EXPECT_THAT(shop.Faulty(before), IsEmpty());
   EXPECT_EQ(AnalyzeToJson("rec/75mm_s-3000mm_s2", shop.folder())["verdict"], "good");
 }
@@ -182,9 +178,8 @@ TEST(Calibrate, RefusesSpeedsThatThePrinterIsNotAllowedBeforeAnythingMoves) {
   MachineShop shop;
   shop.Script("SET_VELOCITY_LIMIT VELOCITY=100");
   const PrinterLook before = shop.Look();
-  const ProcessEnd end = shop.Calibrate({"--speeds", "75,150"})->Wait(kEnough_s);
-  EXPECT_EQ(end.exit_code, 4) << end.standard_error;
-  EXPECT_THAT(end.standard_error, HasSubstr("max_velocity is 100"));
+  EXPECT_THAT(shop.Calibrate({"--speeds", "75,150"})->Wait(kEnough_s),
+              Fails(4, "max_velocity is 100"));
   EXPECT_FALSE(std::filesystem::exists(shop.folder() / "rec"));
   EXPECT_THAT(shop.Faulty(before), IsEmpty());
 }
@@ -193,8 +188,7 @@ TEST(Calibrate, AppliesOnlyWhatItIsToldToApply) {
   MachineShop shop;
   shop.Script(kWorkedWith);
   PrinterLook wanted = shop.Look();
-  const ProcessEnd end = shop.Calibrate({"--apply"})->Wait(kEnough_s);
-  ASSERT_EQ(end.exit_code, 0) << end.standard_error;
+  ASSERT_THAT(shop.Calibrate({"--apply"})->Wait(kEnough_s), Ends(0));
   const double answer_s = AnalyzeToJson("rec", shop.folder())["pressure_advance_s"].get<double>();
   constexpr double kDigits_s = 0.00005;  // four decimals are sent
   EXPECT_NEAR(shop.Look().settings.at("pressure advance"), answer_s, kDigits_s);
@@ -225,19 +219,15 @@ TEST(Calibrate, OfASpoolThatIsChangedMeanwhileTheFirstOneIsListedAndItIsSaid) {
   const auto process = shop.Calibrate();
   shop.WaitUntilSweeping(1, *process);
   options.spoolman->Activate(second);
-  const ProcessEnd end = process->Wait(kEnough_s);
-  ASSERT_EQ(end.exit_code, 0) << end.standard_error;
-  EXPECT_THAT(end.standard_output,
-              HasSubstr("changed meanwhile, from 1 (Prusament PETG Jet) to 2 (Galaxy)"));
-  const auto kept = files::ReadOutcome(shop.folder() / "rec" / files::kResultFile);
-  ASSERT_TRUE(kept) << kept.error().message;
-  EXPECT_EQ(kept->subject.spool, "1");
-  EXPECT_EQ(kept->subject.filament, "Prusament PETG Jet");
+  ASSERT_THAT(process->Wait(kEnough_s),
+              Prints(0, "changed meanwhile, from 1 (Prusament PETG Jet) to 2 (Galaxy)"));
+  const auto kept = Must(files::ReadOutcome(shop.folder() / "rec" / files::kResultFile));
+  EXPECT_EQ(kept.subject.spool, "1");
+  EXPECT_EQ(kept.subject.filament, "Prusament PETG Jet");
   // Use it: set, and kept on no spool; nothing is analysed again for it.
   const ProcessEnd applied = shop.Run({"pa", "apply", "rec", "--printer", shop.address(), "--set",
                                        "moonraker.keep_in_spoolman=true"});
-  EXPECT_EQ(applied.exit_code, 0) << applied.standard_error;
-  EXPECT_THAT(applied.standard_output, HasSubstr("in Spoolman: the result is of"));
+  EXPECT_THAT(applied, Prints(0, "in Spoolman: the result is of"));
   EXPECT_EQ(options.spoolman->Extra("filament", second, "pressure_advance"), std::nullopt);
   EXPECT_THAT(applied.standard_error, Not(HasSubstr("analysing again")));
 }
@@ -245,12 +235,10 @@ TEST(Calibrate, OfASpoolThatIsChangedMeanwhileTheFirstOneIsListedAndItIsSaid) {
 /// Gives the bytes that a frame takes on average in the videos that are read. A line that a busy
 /// computer had to sweep again leaves another one beside them, which stays whole.
 double BytesPerFrame(const std::filesystem::path& recording) {
-  const auto scan = files::ReadScan(recording);
-  EXPECT_TRUE(scan) << scan.error().message;
-  if (!scan) return 0;
+  const auto scan = Must(files::ReadScan(recording));
   std::uintmax_t bytes = 0;
   std::size_t frames = 0;
-  for (const auto& line : scan->lines) {
+  for (const auto& line : scan.lines) {
     bytes += std::filesystem::file_size(recording / line.video);
     frames += line.frame_positions_mm.size();
   }
@@ -303,25 +291,20 @@ TEST(Validate, SaysWhatAPressureAdvanceImproves) {
 // The scan's own settings do not matter.
 TEST(Scan, IsOfTheLastPatternThatWasPrintedOnThatPrinter) {
   MachineShop shop;
-  const ProcessEnd unknown = shop.Run({"pa", "scan", "--printer", shop.address()});
-  EXPECT_EQ(unknown.exit_code, 1);
-  EXPECT_THAT(unknown.standard_error,
-              testing::AllOf(testing::HasSubstr("cannot tell which pattern lies on the bed"),
-                             testing::HasSubstr("--plan FILE")));
-  const ProcessEnd printed =
-      shop.Run({"pa", "print", "--printer", shop.address(), "--out", "printed", "--set",
-                "pressure_advances=[0.01, 0.02, 0.03, 0.04, 0.05]"},
-               kEnough_s);
-  ASSERT_EQ(printed.exit_code, 0) << printed.standard_error;
+  EXPECT_THAT(shop.Run({"pa", "scan", "--printer", shop.address()}),
+              Fails(1, "cannot tell which pattern lies on the bed", "--plan FILE"));
+  ASSERT_THAT(shop.Run({"pa", "print", "--printer", shop.address(), "--out", "printed", "--set",
+                        "pressure_advances=[0.01, 0.02, 0.03, 0.04, 0.05]"},
+                       kEnough_s),
+              Ends(0));
   const ProcessEnd scanned =
       shop.Run({"pa", "scan", "--printer", shop.address(), "--out", "scanned"}, kEnough_s);
   EXPECT_THAT(scanned.standard_error, testing::HasSubstr("printed): 5 lines, 0.01 to 0.05 s"));
   const auto scan = nlohmann::json::parse(ReadWhole(shop.folder() / "scanned/scan.json"));
   ASSERT_EQ(scan.at("lines").size(), 5U) << scanned.standard_error;
   std::filesystem::remove(shop.folder() / "printed/pattern.plan.json");
-  const ProcessEnd lost = shop.Run({"pa", "scan", "--printer", shop.address()});
-  EXPECT_EQ(lost.exit_code, 1);
-  EXPECT_THAT(lost.standard_error, testing::HasSubstr("print the pattern anew, or name the plan"));
+  EXPECT_THAT(shop.Run({"pa", "scan", "--printer", shop.address()}),
+              Fails(1, "print the pattern anew, or name the plan"));
 }
 
 }  // namespace

@@ -14,11 +14,11 @@
 
 #include "fault_scenario.h"
 #include "setup_scene.h"
+#include "support/matchers.h"
 
 namespace trammel::test {
 namespace {
 
-using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 
 constexpr double kEnough_s = 240;  // it takes some 70 s
@@ -65,9 +65,8 @@ TEST(CameraSetup, ALaserThatIsNotSeenIsNamedBeforeAnythingIsPrinted) {
   rig.rig.laser_brightness = 0;
   MachineShop shop(SetupHall(7, rig));
   const PrinterLook before = shop.Look();
-  const ProcessEnd end = shop.Run(SetupArguments(shop), kEnough_s);
-  EXPECT_EQ(end.exit_code, 2) << end.standard_error;
-  EXPECT_THAT(end.standard_output, HasSubstr("no laser stripe goes through the picture"));
+  EXPECT_THAT(shop.Run(SetupArguments(shop), kEnough_s),
+              Prints(2, "no laser stripe goes through the picture"));
   EXPECT_FALSE(std::filesystem::exists(shop.folder() / "set" / "mark.gcode"));
   EXPECT_THAT(shop.Faulty(before), IsEmpty());
 }
@@ -80,8 +79,7 @@ TEST(CameraSetup, AnInterruptionWithTheLaserOnLeavesThePrinterAsItWas) {
   shop.WaitUntil([](sim::VirtualKlipper& klipper) { return klipper.pins.at("LASER") > 0; },
                  "the laser was on", process);
   process.Send(SIGINT);
-  const ProcessEnd end = process.Wait(kEnough_s);
-  EXPECT_EQ(end.exit_code, 130) << end.standard_error;
+  EXPECT_THAT(process.Wait(kEnough_s), Ends(130));
   EXPECT_THAT(shop.Faulty(before), IsEmpty());
   EXPECT_FALSE(std::filesystem::exists(shop.folder() / "new.toml"));
 }

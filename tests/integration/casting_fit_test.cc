@@ -7,6 +7,7 @@
 
 #include "casting_world.h"
 #include "geometry/euler.h"
+#include "support/matchers.h"
 
 namespace trammel {
 namespace {
@@ -34,11 +35,7 @@ CastingWorld WorldWithMesh(const sim::CastingTraits& traits, std::uint64_t seed,
   return world;
 }
 
-PartFit Fit(const CastingWorld& world) {
-  const auto fit = FitPart(world.input, world.options);
-  EXPECT_TRUE(fit) << (fit ? "" : fit.error().message);
-  return fit ? *fit : PartFit{};
-}
+PartFit Fit(const CastingWorld& world) { return Must(FitPart(world.input, world.options)); }
 
 // Given no start values: 10^4 points, 10^6 triangles, any rotation.
 TEST(CastingFit, IsWithinWhatTheTrianglesAreOffOfTheBestAtAMillionTriangles) {
@@ -77,8 +74,7 @@ TEST(CastingFit, AToleranceThatTheTrianglesDoNotKeepLeavesTheAnswerOpen) {
   CastingWorld world = WorldWithMesh(FewPoints(), kSeed + 1, 40);
   world.input.surfaces[0].max_facet_error_mm = 0.01;
   const PartFit fit = Fit(world);
-  EXPECT_EQ(fit.verdict, Verdict::kCannotTell);
-  EXPECT_THAT(fit.reason, HasSubstr("too coarse"));
+  EXPECT_THAT(fit, Answers(Verdict::kCannotTell, "too coarse"));
   EXPECT_TRUE(fit.targets.empty());
 }
 
@@ -100,9 +96,7 @@ TEST(CastingFit, WhereNoPlacementExistsItSaysHowMuchIsMissingAtBest) {
 TEST(CastingFit, WhereCoarseTrianglesAskForWhatIsMissingItIsLeftOpen) {
   CastingWorld world = WorldWithMesh(FewPoints(), kSeed + 3, 16);
   world.options.min_stock_allowance_mm = 1.2;
-  const PartFit fit = Fit(world);
-  EXPECT_EQ(fit.verdict, Verdict::kCannotTell);
-  EXPECT_THAT(fit.reason, HasSubstr("finer deflection"));
+  EXPECT_THAT(Fit(world), Answers(Verdict::kCannotTell, "finer deflection"));
 }
 
 TEST(CastingFit, OneSideOfAPartIsFoundWhereItLies) {
@@ -120,9 +114,7 @@ TEST(CastingFit, AStartThatEndsElsewhereIsNotBelieved) {
       geometry::RotationFromAngles({std::numbers::pi, 0, 0}) * world.casting.rotation;
   world.input.start =
       geometry::Pose{world.casting.translation_mm, geometry::AnglesFromRotation(turned)};
-  const PartFit wrong = Fit(world);
-  EXPECT_EQ(wrong.verdict, Verdict::kCannotTell);
-  EXPECT_THAT(wrong.reason, HasSubstr("correct the start"));
+  EXPECT_THAT(Fit(world), Answers(Verdict::kCannotTell, "correct the start"));
   world.input.start = geometry::Pose{world.casting.translation_mm + Vector3d(30, -20, 25),
                                      geometry::AnglesFromRotation(world.casting.rotation)};
   EXPECT_EQ(Fit(world).verdict, Verdict::kGood) << "30 mm off is near enough";

@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "settings/scan_settings.h"
+#include "support/matchers.h"
 
 namespace trammel {
 namespace {
@@ -116,14 +117,12 @@ TEST(KlipperMacros, TheLaserIsLimitedBeforeItIsOnAndOffWhereTheBoardShutsDown) {
   EXPECT_THAT(sections.at("delayed_gcode _trammel_laser_limit"),
               testing::HasSubstr("SET_PIN PIN=trammel_laser VALUE=0"));
   const std::string& pin = sections.at("output_pin trammel_laser");
-  EXPECT_THAT(pin, testing::HasSubstr("\nshutdown_value: 0"));
-  EXPECT_THAT(pin, testing::HasSubstr("\nvalue: 0"));
+  EXPECT_THAT(pin, Containing("\nshutdown_value: 0", "\nvalue: 0"));
 }
 
 TEST(KlipperMacros, TheHeatersLimitSwitchesLaserAndHeatersOff) {
   const std::string limit = ReadSections().at("delayed_gcode _trammel_heater_limit");
-  EXPECT_THAT(limit, testing::HasSubstr("LASER_OFF\n"));
-  EXPECT_THAT(limit, testing::HasSubstr("TURN_OFF_HEATERS\n"));
+  EXPECT_THAT(limit, Containing("LASER_OFF\n", "TURN_OFF_HEATERS\n"));
 }
 
 TEST(KlipperMacros, WhatAPrintThatEndsEarlyChangedComesBack) {

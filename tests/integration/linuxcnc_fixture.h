@@ -11,6 +11,7 @@
 
 #include "machine/linuxcnc/linuxcnc.h"
 #include "real_linuxcnc.h"
+#include "support/matchers.h"
 #include "support/temporary_folder.h"
 
 namespace trammel::test {
@@ -58,9 +59,7 @@ class LinuxCncFixture : public testing::Test {
     return options;
   }
   static std::unique_ptr<machine::LinuxCnc> Joined() {
-    auto machine = machine::LinuxCnc::Connect(Options(), {});
-    EXPECT_TRUE(machine) << machine.error().message;
-    return machine ? std::move(*machine) : nullptr;
+    return Must(machine::LinuxCnc::Connect(Options(), {}));
   }
 
   static inline std::string why_not_;

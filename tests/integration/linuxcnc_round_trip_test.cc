@@ -11,6 +11,7 @@
 #include "part_alignment/files/alignment_file.h"
 #include "part_alignment/pose/alignment_test_support.h"
 #include "part_alignment/pose/alignment_world_test_support.h"
+#include "support/matchers.h"
 #include "support/run_trammel.h"
 
 namespace trammel {
@@ -20,7 +21,6 @@ using Eigen::Vector3d;
 using geometry::Pose;
 using part_alignment::MachineFromPart;
 using test::kMicron_mm;
-using ::testing::HasSubstr;
 
 class LinuxCncRoundTrip : public test::LinuxCncFixture {
  protected:
@@ -40,8 +40,7 @@ std::string Block(const Vector3d& point) {
 TEST_F(LinuxCncRoundTrip, AWrittenOffsetTakesPartPointsWhereThePartHasThem) {
   const Pose part{{-312.3456, 77.25, -410.5}, {0, 0, -0.4321}};
   const double deg = part.angles_rad.z() * 180 / std::numbers::pi;
-  const auto written = Write(3, {part.translation_mm, deg});
-  ASSERT_TRUE(written) << written.error().message;
+  Must(Write(3, {part.translation_mm, deg}));
   Screen("mdi G21 G90 G56");
   for (const Vector3d& point :
        {Vector3d(0, 0, 0), Vector3d(1500, 0, 20), Vector3d(-100, 900, -5)}) {
@@ -66,14 +65,12 @@ TEST_F(LinuxCncRoundTrip, FromPicturesToAPartPointWithinAMicron) {
     {"id": 1, "part_mm": [-700, -450, -80], "direction": [0, 0, 1]},
     {"id": 2, "part_mm": [700, -450, -80], "direction": [0, 0, 1]},
     {"id": 3, "part_mm": [0, 450, -80], "direction": [0, 0, 1]}]})");
-  const auto solved = test::RunTrammel("align solve seen.json --out result.json", folder_.path());
-  ASSERT_EQ(solved.exit_code, 0) << solved.output;
+  ASSERT_THAT(test::RunTrammel("align solve seen.json --out result.json", folder_.path()), Ends(0));
   const auto corrected = test::RunTrammel(
       "align correct result.json --supports supports.json --after-shims --json --write session "
       "--joints 4 --c-axis",
       folder_.path());
-  ASSERT_EQ(corrected.exit_code, 0) << corrected.output;
-  EXPECT_THAT(corrected.standard_error, HasSubstr("read back and equal"));
+  ASSERT_THAT(corrected, Notes("read back and equal"));
   const auto json = nlohmann::json::parse(corrected.standard_output);
   fmt::print("remainder after the shims: {} mm at most, tilts {} mm/m\n",
              json["remainder"]["largest_mm"].dump(), json["remainder"]["tilt_mm_per_m"].dump());
@@ -83,17 +80,16 @@ TEST_F(LinuxCncRoundTrip, FromPicturesToAPartPointWithinAMicron) {
                                                    {"2", {700, -450, -80}, Vector3d::UnitZ()},
                                                    {"3", {0, 450, -80}, Vector3d::UnitZ()}};
   const Pose& truth = world.machine_from_part;
-  const auto moved =
-      part_alignment::CorrectFixture(truth, supports, {0, 0, truth.angles_rad.z()}, std::nullopt);
-  ASSERT_TRUE(moved);
+  const auto moved = Must(
+      part_alignment::CorrectFixture(truth, supports, {0, 0, truth.angles_rad.z()}, std::nullopt));
   for (std::size_t i = 0; i < supports.size(); ++i) {
-    EXPECT_NEAR(json["fixture"]["supports"][i]["shim_mm"], moved->moves[i].shim_mm, 1e-6);
+    EXPECT_NEAR(json["fixture"]["supports"][i]["shim_mm"], moved.moves[i].shim_mm, 1e-6);
   }
   const double left_mm = json["remainder"]["largest_mm"];
   EXPECT_LT(left_mm, kMicron_mm);
   Screen("mdi G21 G90 G54");
   for (const Vector3d& point : world.targets_mm) {
-    const Vector3d miss_mm = Go(Block(point)) - MachineFromPart(moved->machine_from_part, point);
+    const Vector3d miss_mm = Go(Block(point)) - MachineFromPart(moved.machine_from_part, point);
     EXPECT_LT(miss_mm.norm(), kMicron_mm) << point.transpose() << ": " << miss_mm.transpose();
   }
 }
@@ -110,13 +106,10 @@ TEST_F(LinuxCncRoundTrip, InchesAreLeftOnAndReadRightly) {
   Screen("mdi G20");
   {
     const auto machine = Joined();
-    ASSERT_TRUE(machine);
-    const auto written = machine->WriteOffset(4, {{25.4, -50.8, 0}, 1}, {});
-    ASSERT_TRUE(written) << written.error().message;
-    const auto offsets = machine->ReadOffsets(4, {});
-    ASSERT_TRUE(offsets);
-    EXPECT_FALSE(offsets->metric);
-    EXPECT_NEAR(offsets->offset.origin_mm.x(), 25.4, 1e-6);
+    Must(machine->WriteOffset(4, {{25.4, -50.8, 0}, 1}, {}));
+    const auto offsets = Must(machine->ReadOffsets(4, {}));
+    EXPECT_FALSE(offsets.metric);
+    EXPECT_NEAR(offsets.offset.origin_mm.x(), 25.4, 1e-6);
   }
   Screen("mdi G21");
 }

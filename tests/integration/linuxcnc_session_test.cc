@@ -15,6 +15,7 @@
 
 #include "base/random.h"
 #include "linuxcnc_fixture.h"
+#include "support/matchers.h"
 #include "support/run_trammel.h"
 #include "support/trammel_process.h"
 
@@ -54,9 +55,7 @@ TEST_F(LinuxCncSessionTest, MovesWithoutAPortAndGivesTheModeBack) {
   const std::set<std::string> before = ListeningPorts();
   {
     const auto machine = Joined();
-    ASSERT_TRUE(machine);
-    const auto moved = machine->MoveTo({12.5, -40, 7}, 6000, {});
-    ASSERT_TRUE(moved) << moved.error().message;
+    Must(machine->MoveTo({12.5, -40, 7}, 6000, {}));
     EXPECT_EQ(ListeningPorts(), before);
     EXPECT_LT((At(Screen("look")) - Vector3d(12.5, -40, 7)).norm(), kMicron_mm);
   }
@@ -69,18 +68,14 @@ TEST_F(LinuxCncSessionTest, NothingMovesAfterTheScreenTookOver) {
   Random random(seed++);
   for (int i = 0; i < 12; ++i) {
     const auto machine = Joined();
-    ASSERT_TRUE(machine);
     linuxcnc_->AskScreen(fmt::format("take {}", 1.2 * random.Uniform()));
-    const auto start = machine->State({});
-    ASSERT_TRUE(start);
-    const double away_mm = start->position_mm.x() > 0 ? -400 : 400;
+    const auto start = Must(machine->State({}));
+    const double away_mm = start.position_mm.x() > 0 ? -400 : 400;
     const auto moved = machine->MoveTo({away_mm, 0, 0}, 6000, {});
     ASSERT_FALSE(moved);
     EXPECT_EQ(moved.error().kind, ErrorKind::kSafety) << moved.error().message;
     EXPECT_THAT(moved.error().message, HasSubstr("somebody took LinuxCNC over"));
-    const auto again = machine->MoveTo({0, 0, 0}, 6000, {});
-    ASSERT_FALSE(again);
-    EXPECT_THAT(again.error().message, HasSubstr("somebody took LinuxCNC over"));
+    EXPECT_THAT(machine->MoveTo({0, 0, 0}, 6000, {}), FailsWith("somebody took LinuxCNC over"));
     EXPECT_FALSE(machine->WriteOffset(1, {}, {}));
     const json seen = StatedMachine();
     EXPECT_EQ(seen["went_mm"], 0) << i;
@@ -92,7 +87,6 @@ TEST_F(LinuxCncSessionTest, NothingMovesAfterTheScreenTookOver) {
 TEST_F(LinuxCncSessionTest, ACommandFromTheScreenWhileTheMachineStandsEndsItToo) {
   for (const char* command : {"abort", "mdi G0 X1"}) {
     const auto machine = Joined();
-    ASSERT_TRUE(machine);
     ASSERT_TRUE(machine->MoveTo({20, 0, 0}, 6000, {})) << command;
     const json before = Screen(command);
     const auto moved = machine->MoveTo({40, 0, 0}, 6000, {});
@@ -105,7 +99,6 @@ TEST_F(LinuxCncSessionTest, ACommandFromTheScreenWhileTheMachineStandsEndsItToo)
 
 TEST_F(LinuxCncSessionTest, AnOverrideFromTheScreenIsNoTakeOver) {
   const auto machine = Joined();
-  ASSERT_TRUE(machine);
   ASSERT_TRUE(machine->MoveTo({20, 0, 0}, 6000, {}));
   Screen("feed 0.5");
   const auto moved = machine->MoveTo({60, 0, 0}, 6000, {});
@@ -119,19 +112,15 @@ TEST_F(LinuxCncSessionTest, ASecondOneIsRefused) {
   const auto second = Joined();
   ASSERT_TRUE(first && second);
   ASSERT_TRUE(first->MoveTo({5, 0, 0}, 6000, {}));
-  const auto moved = second->MoveTo({50, 0, 0}, 6000, {});
-  ASSERT_FALSE(moved);
-  EXPECT_EQ(moved.error().kind, ErrorKind::kSafety);
-  EXPECT_THAT(moved.error().message, HasSubstr("another trammel"));
+  EXPECT_THAT(second->MoveTo({50, 0, 0}, 6000, {}),
+              FailsWith(ErrorKind::kSafety, "another trammel"));
 }
 
 TEST_F(LinuxCncSessionTest, TheModalCodesComeBack) {
   Screen("mdi G20 G91 G95 F0.25");
   {
     const auto machine = Joined();
-    ASSERT_TRUE(machine);
-    const auto moved = machine->MoveTo({-30, 0, 0}, 6000, {});
-    ASSERT_TRUE(moved) << moved.error().message;
+    Must(machine->MoveTo({-30, 0, 0}, 6000, {}));
     ASSERT_TRUE(machine->WriteOffset(2, {{1, 2, 3}, 0}, {}));
   }
   const json after = Screen("look");
@@ -141,8 +130,7 @@ TEST_F(LinuxCncSessionTest, TheModalCodesComeBack) {
 }
 
 TEST_F(LinuxCncSessionTest, AKilledMeasurementLeavesTheMachineStandingInManual) {
-  const auto made = test::RunTrammel("sim spindle --out shop --seed 11", folder_.path());
-  ASSERT_EQ(made.exit_code, 0) << made.output;
+  ASSERT_THAT(test::RunTrammel("sim spindle --out shop --seed 11", folder_.path()), Ends(0));
   // Slow: the first of its moves takes minutes.
   test::TrammelProcess measuring(
       {"align", "measure", "shop/views.json", "--source", "shop", "--machine", "session",
@@ -169,16 +157,13 @@ TEST_F(LinuxCncSessionTest, DoesNotJoinWhatIsInAutoAndSaysWhereNoneRuns) {
   EXPECT_EQ(refused.error().kind, ErrorKind::kSafety) << refused.error().message;
   LinuxCncOptions options = Options();
   options.session.helper = {"/nowhere/python3"};
-  const auto without = LinuxCnc::Connect(options, {});
-  ASSERT_FALSE(without);
-  EXPECT_THAT(without.error().message, HasSubstr("/nowhere/python3 cannot be started"));
+  EXPECT_THAT(LinuxCnc::Connect(options, {}), FailsWith("/nowhere/python3 cannot be started"));
 }
 
 TEST_F(LinuxCncSessionTest, InitReadsHowTheMachineIsBuiltAndLeavesItAlone) {
   const json before = Screen("look");
-  const auto made =
-      test::RunTrammel("sim spindle --out shop --seed 11 --no-pictures", folder_.path());
-  ASSERT_EQ(made.exit_code, 0) << made.output;
+  ASSERT_THAT(test::RunTrammel("sim spindle --out shop --seed 11 --no-pictures", folder_.path()),
+              Ends(0));
   const json stated = json::parse(test::ReadWhole(folder_.path() / "shop/observations.json"));
   test::WriteWhole(folder_.path() / "camera.json",
                    json{{"format", 1}, {"camera", stated["camera"]}}.dump());
@@ -188,9 +173,8 @@ TEST_F(LinuxCncSessionTest, InitReadsHowTheMachineIsBuiltAndLeavesItAlone) {
       "align init job --machine session --camera camera.json --targets targets.json --source shop "
       "--rough 1400,1000,250 --obstacle none ";
   const auto begun = test::RunTrammel(init, folder_.path());
-  ASSERT_EQ(begun.exit_code, 0) << begun.output;
-  EXPECT_THAT(begun.standard_error,
-              HasSubstr("axes XYZC, unit 1 mm, X -3000 … 3000, Y -3000 … 3000, Z -3000 … 3000 mm"));
+  ASSERT_THAT(begun,
+              Notes("axes XYZC, unit 1 mm, X -3000 … 3000, Y -3000 … 3000, Z -3000 … 3000 mm"));
   EXPECT_THAT(begun.standard_output,
               HasSubstr("--machine session --joints 4 --c-axis --safe-z 3000 --travel "
                         "-3000,-3000,-3000,3000,3000,3000"));
@@ -206,23 +190,21 @@ TEST_F(LinuxCncSessionTest, InitReadsHowTheMachineIsBuiltAndLeavesItAlone) {
 }
 
 TEST_F(LinuxCncSessionTest, MeasuresAndCorrectsBesideTheScreen) {
-  const auto made = test::RunTrammel("sim spindle --out shop --seed 11", folder_.path());
-  ASSERT_EQ(made.exit_code, 0) << made.output;
+  ASSERT_THAT(test::RunTrammel("sim spindle --out shop --seed 11", folder_.path()), Ends(0));
   const auto views = json::parse(test::ReadWhole(folder_.path() / "shop/views.json"))["views"];
   double safe_z_mm = -1e9;
   for (const auto& view : views) {
     safe_z_mm = std::max(safe_z_mm, double(view["spindle_mm"][2]) + 50);
   }
-  const auto measured = test::RunTrammel(
+  const auto measured = Must(test::RunTrammel(
       fmt::format("align measure shop/views.json --source shop --machine session --joints 4 "
                   "--c-axis --safe-z {} --feed 60000",
                   safe_z_mm),
-      folder_.path());
-  ASSERT_EQ(measured.exit_code, 0) << measured.output;
+      folder_.path()));
   test::WriteWhole(folder_.path() / "result.json", measured.standard_output);
-  const auto corrected = test::RunTrammel(
-      "align correct result.json --write session --joints 4 --c-axis", folder_.path());
-  ASSERT_EQ(corrected.exit_code, 0) << corrected.output;
+  ASSERT_THAT(test::RunTrammel("align correct result.json --write session --joints 4 --c-axis",
+                               folder_.path()),
+              Ends(0));
   const auto result = json::parse(measured.standard_output);
   const json seen = Screen("look");
   for (std::size_t axis = 0; axis < 3; ++axis) {

@@ -8,6 +8,7 @@
 #include <numbers>
 
 #include "photo_world.h"
+#include "support/matchers.h"
 #include "tool_offset/offset/analyse.h"
 
 namespace trammel {
@@ -61,10 +62,9 @@ class OffsetPhoto : public testing::Test {
     EXPECT_LT(std::abs(quantity.value - truth_mm), kWorst_mm);
   }
   static void ExpectRight(const tool_offset::SheetResult& result) {
-    const auto truth = sim::OffsetOf(*sheet_, 1, 0);
-    ASSERT_TRUE(truth);
-    ExpectNear(result.tools[0].dx_mm, truth->x_mm);
-    ExpectNear(result.tools[0].dy_mm, truth->y_mm);
+    const auto truth = Must(sim::OffsetOf(*sheet_, 1, 0));
+    ExpectNear(result.tools[0].dx_mm, truth.x_mm);
+    ExpectNear(result.tools[0].dy_mm, truth.y_mm);
     ExpectNear(result.backlash_mm.x, sheet_->backlash_mm[0]);
     ExpectNear(result.backlash_mm.y, sheet_->backlash_mm[1]);
   }
@@ -77,34 +77,31 @@ std::unique_ptr<sim::PrintedSheet> OffsetPhoto::sheet_;
 
 TEST_F(OffsetPhoto, OneIsRightAndTwoAreMoreCertain) {
   const sim::PhoneTraits phone = Phone();
-  const auto one = See(phone);
-  ASSERT_TRUE(one) << one.error().message;
-  ExpectRight(*one);
-  ASSERT_TRUE(one->photo);
-  EXPECT_NEAR(one->photo->pose.tilt_rad, phone.tilt_rad, kDegree);
-  const auto two = SeePhoto(*pattern_, *sheet_, TakenAgain(*sheet_, phone, Random(6)), kName, 1);
-  ASSERT_TRUE(two) << two.error().message;
+  const auto one = Must(See(phone));
+  ExpectRight(one);
+  ASSERT_TRUE(one.photo);
+  EXPECT_NEAR(one.photo->pose.tilt_rad, phone.tilt_rad, kDegree);
+  const auto two =
+      Must(SeePhoto(*pattern_, *sheet_, TakenAgain(*sheet_, phone, Random(6)), kName, 1));
   const tool_offset::SheetResult joined =
-      tool_offset::JoinPhotos(pattern_->plan, std::vector{*one, *two});
+      tool_offset::JoinPhotos(pattern_->plan, std::vector{one, two});
   ExpectRight(joined);
   EXPECT_LT(joined.tools[0].dx_mm.quantity().standard_uncertainty,
-            one->tools[0].dx_mm.quantity().standard_uncertainty);
+            one.tools[0].dx_mm.quantity().standard_uncertainty);
 }
 
 TEST_F(OffsetPhoto, ACroppedPictureIsNoticedAndItsIntervalsAreWider) {
   sim::PhoneTraits phone = Phone();
-  const auto whole = See(phone);
-  ASSERT_TRUE(whole) << whole.error().message;
+  const auto whole = Must(See(phone));
   phone.width_px = 1901;
   phone.height_px = 1471;
   phone.shift_x_px = 60;
   phone.shift_y_px = -30;
-  const auto cropped = See(phone);
-  ASSERT_TRUE(cropped) << cropped.error().message;
-  ExpectRight(*cropped);
-  EXPECT_THAT(cropped->notices, testing::Contains(HasSubstr("no camera stores")));
-  EXPECT_GT(cropped->tools[0].dx_mm.quantity().standard_uncertainty,
-            whole->tools[0].dx_mm.quantity().standard_uncertainty);
+  const auto cropped = Must(See(phone));
+  ExpectRight(cropped);
+  EXPECT_THAT(cropped.notices, testing::Contains(HasSubstr("no camera stores")));
+  EXPECT_GT(cropped.tools[0].dx_mm.quantity().standard_uncertainty,
+            whole.tools[0].dx_mm.quantity().standard_uncertainty);
 }
 
 TEST_F(OffsetPhoto, WhatCannotBeReadIsRefusedForWhatIsWrongWithIt) {
@@ -128,9 +125,7 @@ TEST_F(OffsetPhoto, WhatCannotBeReadIsRefusedForWhatIsWrongWithIt) {
                                    }}}) {
     sim::PhoneTraits phone = Phone();
     unfit.change(phone);
-    const auto result = See(phone);
-    ASSERT_FALSE(result) << unfit.wanted;
-    EXPECT_THAT(result.error().message, HasSubstr(unfit.wanted));
+    EXPECT_THAT(See(phone), FailsWith(unfit.wanted)) << unfit.wanted;
   }
 }
 
@@ -140,10 +135,9 @@ TEST_F(OffsetPhoto, GlareOverAStructureIsNamed) {
   phone.glare_x = 0.12;
   phone.glare_y = 0.1;
   phone.glare_size = 0.03;
-  const auto result = See(phone);
-  ASSERT_TRUE(result) << result.error().message;
+  const auto result = Must(See(phone));
   int drowned = 0;
-  for (const tool_offset::StructureReading& structure : result->structures) {
+  for (const tool_offset::StructureReading& structure : result.structures) {
     drowned += structure.offset_mm.reason().find("lamp's reflection") != std::string::npos;
   }
   EXPECT_GE(drowned, 1);

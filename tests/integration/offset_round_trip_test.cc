@@ -15,6 +15,7 @@
 #include "sim/sheet/sheet_firmware.h"
 #include "sim/sheet/sheet_gcode.h"
 #include "sim/sheet/sheet_print.h"
+#include "support/matchers.h"
 #include "tool_offset/offset/analyse.h"
 #include "tool_offset/offset/correction.h"
 #include "tool_offset/sheet/sheet_gcode.h"
@@ -139,8 +140,7 @@ TEST(OffsetSheet, EightToolsOnA4AreAllReadToTheirIntervals) {
   ASSERT_TRUE(seen.result) << seen.result.error().message;
   ASSERT_EQ(seen.result->tools.size(), 7U);
   for (const tool_offset::ToolReading& tool : seen.result->tools) {
-    const auto truth = sim::OffsetOf(seen.sheet, tool.tool, 0);
-    ASSERT_TRUE(truth);
+    const auto truth = Must(sim::OffsetOf(seen.sheet, tool.tool, 0));
     ASSERT_TRUE(tool.dx_mm.good()) << tool.dx_mm.reason();
     ASSERT_TRUE(tool.dy_mm.good()) << tool.dy_mm.reason();
     EXPECT_EQ(tool.coarse, tool.tool == 5);
@@ -148,8 +148,8 @@ TEST(OffsetSheet, EightToolsOnA4AreAllReadToTheirIntervals) {
     const auto half = [](const Measured& m) {
       return m.quantity().interval95.hi - m.quantity().interval95.lo;
     };
-    EXPECT_NEAR(tool.dx_mm.quantity().value, truth->x_mm, half(tool.dx_mm)) << tool.tool;
-    EXPECT_NEAR(tool.dy_mm.quantity().value, truth->y_mm, half(tool.dy_mm)) << tool.tool;
+    EXPECT_NEAR(tool.dx_mm.quantity().value, truth.x_mm, half(tool.dx_mm)) << tool.tool;
+    EXPECT_NEAR(tool.dy_mm.quantity().value, truth.y_mm, half(tool.dy_mm)) << tool.tool;
   }
 }
 
@@ -200,10 +200,8 @@ TEST(OffsetPattern, OnAKlipperWithoutPauseResumeEndsColdInsteadOfRunningOn) {
   sim::SheetSetup setup;
   EXPECT_TRUE(sim::InterpretSheet(gcode, setup));
   setup.pause_resume = false;
-  const auto stopped = sim::InterpretSheet(gcode, setup);
-  ASSERT_FALSE(stopped);
-  EXPECT_THAT(stopped.error().message,
-              testing::HasSubstr("RESTORE_GCODE_STATE without a saved state"));
+  EXPECT_THAT(sim::InterpretSheet(gcode, setup),
+              FailsWith("RESTORE_GCODE_STATE without a saved state"));
   // Up to that line nothing is heated.
   std::istringstream lines(gcode);
   std::string line;

@@ -22,6 +22,7 @@
 #include "pressure_advance/commands/analysis_run.h"
 #include "pressure_advance/response/response.h"
 #include "support/analyze_result.h"
+#include "support/matchers.h"
 #include "support/photo_distortions.h"
 #include "support/real_photos.h"
 #include "support/run_trammel.h"
@@ -190,8 +191,7 @@ TEST(ReadmePicture, IsWhatItsCommandDrawsNow) {
   for (const std::string photo : {kPhoto, "gold50_lines4-5.jpg"}) {
     const test::TemporaryFolder folder;
     fs::copy_file(fs::path(data) / "pressure_advance_photos" / photo, folder.path() / kPhoto);
-    const test::CommandResult drawn = test::RunTrammel(command, folder.path());
-    ASSERT_EQ(drawn.exit_code, 0) << drawn.output;
+    ASSERT_THAT(test::RunTrammel(command, folder.path()), Ends(0));
     const double difference =
         MeanDifference(cv::imread((folder.path() / "figures/response.png").string()), shown);
     if (photo == kPhoto) {
@@ -214,9 +214,8 @@ TEST(ReadmePicture, OfThePrintedPatternIsWhatTheCommandsDrawNow) {
     std::string command = readme.substr(begin, readme.find('`', begin + 1) - begin);
     const std::string sim = "`trammel-sim ";
     if (command.starts_with(sim)) command.replace(0, sim.size(), "`trammel sim ");
-    const test::CommandResult drawn =
-        test::RunTrammel(command.substr(std::string("`trammel ").size()), folder.path());
-    ASSERT_EQ(drawn.exit_code, 0) << drawn.output;
+    ASSERT_THAT(test::RunTrammel(command.substr(std::string("`trammel ").size()), folder.path()),
+                Ends(0));
   }
   EXPECT_LE(MeanDifference(cv::imread((folder.path() / "photo.jpg").string()),
                            cv::imread(TRAMMEL_SOURCE_FOLDER "docs/images/photo.jpg")),

@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
+#include "support/matchers.h"
 #include "support/run_trammel.h"
 
 namespace trammel {
@@ -27,10 +28,7 @@ constexpr const char* kScan =
 // A folder with the default pattern in it.
 class SimCommand : public testing::Test {
  protected:
-  SimCommand() {
-    const CommandResult run = RunTrammel("pa pattern --material abs", folder_.path());
-    EXPECT_EQ(run.exit_code, 0) << run.output;
-  }
+  SimCommand() { EXPECT_THAT(RunTrammel("pa pattern --material abs", folder_.path()), Ends(0)); }
   [[nodiscard]] CommandResult Run(const std::string& arguments) const {
     return RunTrammel(arguments, folder_.path());
   }
@@ -41,8 +39,7 @@ class SimCommand : public testing::Test {
 };
 
 TEST_F(SimCommand, ScansThePatternThatTrammelWroteAndKeepsTheTruth) {
-  const CommandResult run = Run(kScan);
-  ASSERT_EQ(run.exit_code, 0) << run.output;
+  ASSERT_THAT(Run(kScan), Ends(0));
   const auto scan = nlohmann::json::parse(ReadWhole(At("scan/scan.json")));
   EXPECT_EQ(scan["lines"].size(), 10U);
   EXPECT_TRUE(fs::is_regular_file(At("scan/line9.avi")));
@@ -58,16 +55,15 @@ TEST_F(SimCommand, SeedHasOneTruthForPrinterScanAndPhotoWhateverThePatternTests)
     return nlohmann::json::parse(ReadWhole(At(file)))["pressure_advance_s"].get<double>();
   };
   const double truth_s = truth_in("printer.json");
-  const CommandResult scan =
-      Run("sim scan pattern.gcode --plan pattern.plan.json --frame 64x64 --seed 3 --out of-three");
-  ASSERT_EQ(scan.exit_code, 0) << scan.output;
+  ASSERT_THAT(
+      Run("sim scan pattern.gcode --plan pattern.plan.json --frame 64x64 --seed 3 --out of-three"),
+      Ends(0));
   EXPECT_NEAR(truth_in("of-three/truth.json"), truth_s, kRounding_s);
   // Up to 0.1 s, where the pattern for a scan ends at 0.06 s.
   ASSERT_EQ(Run("pa pattern --photo --material pla -o for-photo.gcode").exit_code, 0);
   for (const std::string pattern : {"pattern", "for-photo"}) {
-    const CommandResult photo =
-        Run("sim photo " + pattern + ".gcode --seed 3 --size 90x160 -o " + pattern + ".jpg");
-    ASSERT_EQ(photo.exit_code, 0) << photo.output;
+    const auto photo =
+        Must(Run("sim photo " + pattern + ".gcode --seed 3 --size 90x160 -o " + pattern + ".jpg"));
     const std::string label = "the truth is ";
     const std::size_t at = photo.standard_output.find(label);
     ASSERT_NE(at, std::string::npos) << photo.output;
@@ -89,10 +85,9 @@ TEST_F(SimCommand, NothingIsOverwritten) {
 }
 
 TEST_F(SimCommand, TakesAPhotoOfTheWholePattern) {
-  const CommandResult run = Run(
-      "sim photo pattern.gcode --seed 3 --pressure-advance 0.03 --size 270x480 --out photo.jpg");
-  ASSERT_EQ(run.exit_code, 0) << run.output;
-  EXPECT_THAT(run.output, HasSubstr("the truth is 0.03"));
+  ASSERT_THAT(Run("sim photo pattern.gcode --seed 3 --pressure-advance 0.03 --size 270x480 --out "
+                  "photo.jpg"),
+              Says(0, "the truth is 0.03"));
   EXPECT_EQ(ReadWhole(At("photo.jpg")).substr(0, 2), "\xff\xd8");
 }
 
@@ -113,17 +108,14 @@ TEST_F(SimCommand, RefusesWhatItDoesNotKnowByName) {
       {"--out a", "--plan"},
   };
   for (const auto& wrong : cases) {
-    const CommandResult run = Run(std::string("sim scan pattern.gcode ") + wrong.arguments);
-    EXPECT_EQ(run.exit_code, 1) << wrong.arguments << ": " << run.output;
-    EXPECT_THAT(run.output, HasSubstr(wrong.message)) << wrong.arguments;
+    EXPECT_THAT(Run(std::string("sim scan pattern.gcode ") + wrong.arguments),
+                Says(1, wrong.message))
+        << wrong.arguments;
     EXPECT_FALSE(fs::exists(At("a"))) << wrong.arguments;
   }
-  const CommandResult scene = Run("sim photo pattern.gcode --scene pink --out a.jpg");
-  EXPECT_EQ(scene.exit_code, 1);
-  EXPECT_THAT(scene.output, HasSubstr("natural-on-gold"));
-  const CommandResult size = Run("sim photo pattern.gcode --size 20000x20000 --out a.jpg");
-  EXPECT_EQ(size.exit_code, 1);
-  EXPECT_THAT(size.output, HasSubstr("20000 x 20000"));
+  EXPECT_THAT(Run("sim photo pattern.gcode --scene pink --out a.jpg"), Says(1, "natural-on-gold"));
+  EXPECT_THAT(Run("sim photo pattern.gcode --size 20000x20000 --out a.jpg"),
+              Says(1, "20000 x 20000"));
 }
 
 }  // namespace

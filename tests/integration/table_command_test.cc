@@ -8,6 +8,7 @@
 #include <string>
 
 #include "measurement/outcome_file.h"
+#include "support/matchers.h"
 #include "support/run_trammel.h"
 
 namespace trammel {
@@ -18,7 +19,6 @@ using test::ReadWhole;
 using test::RunTrammel;
 using test::TemporaryFolder;
 using test::WriteWhole;
-using ::testing::AllOf;
 using ::testing::HasSubstr;
 using ::testing::Not;
 
@@ -28,14 +28,16 @@ class TableCommand : public testing::Test {
                   const std::string& filament = "PLA", double layer_height_mm = 0.25) const {
     const auto recording = folder_.path() / name;
     std::filesystem::create_directory(recording);
-    const CommandResult plan = RunTrammel(
-        fmt::format("pa pattern --material pla --set "
-                    "'segments=[{{fraction=0.25,speed=5}},{{fraction=0.5,speed={}}},{{fraction=0."
-                    "25,speed=5}}]' --set acceleration={} --set layer_height={} --out "
-                    "{}/pattern.gcode",
-                    speed_mm_s, acceleration_mm_s2, layer_height_mm, name),
-        folder_.path());
-    ASSERT_EQ(plan.exit_code, 0) << plan.output;
+    ASSERT_THAT(
+        RunTrammel(
+            fmt::format(
+                "pa pattern --material pla --set "
+                "'segments=[{{fraction=0.25,speed=5}},{{fraction=0.5,speed={}}},{{fraction=0."
+                "25,speed=5}}]' --set acceleration={} --set layer_height={} --out "
+                "{}/pattern.gcode",
+                speed_mm_s, acceleration_mm_s2, layer_height_mm, name),
+            folder_.path()),
+        Ends(0));
     measurement::Outcome outcome;
     outcome.provenance = {
         measurement::Instrument::kPressureAdvance, "trammel", "2026-01-02T03:04:05Z", {name}};
@@ -55,22 +57,16 @@ TEST_F(TableCommand, PutsCalibrationsBesideOneAnotherAndIntoASlicersProfile) {
   Calibrated("a", 50, 3000, 0.050);
   Calibrated("b", 150, 3000, 0.040);
   Calibrated("c", 150, 6000, 0.036);
-  const CommandResult run = Run("a b c");
-  EXPECT_EQ(run.exit_code, 0) << run.output;
-  EXPECT_THAT(run.output, AllOf(HasSubstr("one value         0.04200 s"),
-                                HasSubstr("misses a row's own by up to 0.0080 s"),
-                                HasSubstr("over acceleration -0.00400 s for each doubling")));
+  EXPECT_THAT(Run("a b c"),
+              Says(0, "one value         0.04200 s", "misses a row's own by up to 0.0080 s",
+                   "over acceleration -0.00400 s for each doubling"));
   WriteWhole(folder_.path() / "pla.json", R"({"filament_settings_id": ["mine"]})");
-  const CommandResult exported = Run("a b c --orca pla.json -o out.json");
-  EXPECT_EQ(exported.exit_code, 0) << exported.output;
-  EXPECT_THAT(exported.output,
-              HasSubstr("2 rows of 3 (an acceleration with one flow is left out)"));
+  EXPECT_THAT(Run("a b c --orca pla.json -o out.json"),
+              Says(0, "2 rows of 3 (an acceleration with one flow is left out)"));
   const auto profile = nlohmann::json::parse(ReadWhole(folder_.path() / "out.json"));
   EXPECT_EQ(profile["adaptive_pressure_advance_model"][0], "0.0500,5.52,3000\n0.0400,16.55,3000");
   EXPECT_EQ(Run("a b c --orca pla.json -o out.json").exit_code, 1);  // it is there
-  const CommandResult one = Run("b c --orca pla.json -o other.json");
-  EXPECT_EQ(one.exit_code, 1);
-  EXPECT_THAT(one.output, HasSubstr("two flows at least"));
+  EXPECT_THAT(Run("b c --orca pla.json -o other.json"), Says(1, "two flows at least"));
   EXPECT_FALSE(std::filesystem::exists(folder_.path() / "other.json"));
 }
 
@@ -79,13 +75,11 @@ TEST_F(TableCommand, SaysTheLawOfFlowAndWhatFirmwareWithSuchALawIsToBeTold) {
   Calibrated("a", 60, 3000, 0.05220);
   Calibrated("b", 100, 3000, 0.04257);
   Calibrated("c", 150, 3000, 0.03597);
-  const CommandResult run = Run("a b c");
-  ASSERT_EQ(run.exit_code, 0) << run.output;
-  EXPECT_THAT(run.output,
-              AllOf(HasSubstr("law of flow       filament stored as flow to the power "
-                              "of 0.50"),
-                    HasSubstr("\npressure_advance_model: "), HasSubstr("\nnonlinear_offset: 0."),
-                    HasSubstr("1.75 mm filament")));
+  ASSERT_THAT(Run("a b c"),
+              Says(0,
+                   "law of flow       filament stored as flow to the power "
+                   "of 0.50",
+                   "\npressure_advance_model: ", "\nnonlinear_offset: 0.", "1.75 mm filament"));
   const auto table = nlohmann::json::parse(Run("a b c --json").output);
   EXPECT_TRUE(table["bends"]);
   EXPECT_NEAR(table["exponent"]["value"].get<double>(), 0.5, 0.01);
@@ -94,16 +88,16 @@ TEST_F(TableCommand, SaysTheLawOfFlowAndWhatFirmwareWithSuchALawIsToBeTold) {
   EXPECT_GT(law["offset_mm3"].get<double>(), 0);
   const double area_mm2 = 2.85 * 2.85 * 0.7853982;
   EXPECT_THAT(Run("a b c --filament-diameter 2.85").output,
-              AllOf(HasSubstr(fmt::format("\nnonlinear_offset: {:.4f}\n",
-                                          law["offset_mm3"].get<double>() / area_mm2)),
-                    HasSubstr(fmt::format("\nlinearization_velocity: {:.3f}\n",
-                                          law["knee_mm3_s"].get<double>() / area_mm2))));
+              Containing(fmt::format("\nnonlinear_offset: {:.4f}\n",
+                                     law["offset_mm3"].get<double>() / area_mm2),
+                         fmt::format("\nlinearization_velocity: {:.3f}\n",
+                                     law["knee_mm3_s"].get<double>() / area_mm2)));
   EXPECT_EQ(Run("a b c --filament-diameter 0").exit_code, 1);
   const CommandResult two = Run("a c");
-  EXPECT_THAT(two.output, HasSubstr("to the power of 0.50"));
-  EXPECT_THAT(two.output, AllOf(HasSubstr(": the faster, the less pressure advance\n"),
-                                HasSubstr("a third fast speed would tell"),
-                                Not(HasSubstr("pressure_advance_model"))));
+  EXPECT_THAT(
+      two.output,
+      Containing("to the power of 0.50", ": the faster, the less pressure advance\n",
+                 "a third fast speed would tell", Not(HasSubstr("pressure_advance_model"))));
   EXPECT_THAT(Run("a").output, HasSubstr("law of flow       not known: it takes two flows"));
 }
 
@@ -142,15 +136,11 @@ TEST_F(TableCommand, ShowsEachLayerHeightAndMixesNoneIntoASlicersProfile) {
 TEST_F(TableCommand, RefusesWhatDoesNotBelongTogether) {
   Calibrated("a", 50, 3000, 0.050);
   Calibrated("b", 150, 3000, 0.040, "PETG");
-  const CommandResult mixed = Run("a b");
-  EXPECT_EQ(mixed.exit_code, 1);
-  EXPECT_THAT(mixed.output, HasSubstr("a table is of one filament"));
+  EXPECT_THAT(Run("a b"), Says(1, "a table is of one filament"));
   std::filesystem::remove(folder_.path() / "b" / "pattern.plan.json");
   EXPECT_THAT(Run("b").output, HasSubstr("pattern.plan.json: there is no such file"));
   EXPECT_THAT(Run("a --orca pla.json").output, HasSubstr("go together"));
-  const CommandResult twice = Run("a ./a/");
-  EXPECT_EQ(twice.exit_code, 1);
-  EXPECT_THAT(twice.output, HasSubstr("is the same calibration as a"));
+  EXPECT_THAT(Run("a ./a/"), Says(1, "is the same calibration as a"));
   Calibrated("unnamed", 100, 3000, 0.045, "");  // says nothing, and does not hide the others' names
   Calibrated("c", 150, 3000, 0.040, "PETG");
   EXPECT_THAT(Run("unnamed a c").output, HasSubstr("a table is of one filament"));

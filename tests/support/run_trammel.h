@@ -2,6 +2,7 @@
 #pragma once
 
 #include <filesystem>
+#include <ostream>
 #include <string>
 
 #include "support/temporary_folder.h"
@@ -14,6 +15,10 @@ struct CommandResult {
   std::string standard_error;
   std::string output;  ///< both, standard output first
 };
+/// Prints a run for GoogleTest.
+inline void PrintTo(const CommandResult& run, std::ostream* out) {
+  *out << "exit code " << run.exit_code << "\n" << run.output;
+}
 
 struct RunLimits {
   long memory_kb = 0;  ///< address space; 0: no limit

@@ -228,6 +228,7 @@ ProcessEnd TrammelProcess::Wait(double time_limit_s) {
   }
   end_.standard_output = ReadWhole(aside_.path() / "stdout");
   end_.standard_error = StandardErrorSoFar();
+  end_.output = end_.standard_output + end_.standard_error;
   return end_;
 }
 

@@ -5,9 +5,11 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <ostream>
 #include <string>
 #include <vector>
 
+#include "support/run_trammel.h"
 #include "support/temporary_folder.h"
 
 namespace trammel::test {
@@ -19,16 +21,18 @@ struct ProcessLimits {
   bool terminal = false;         ///< standard input and standard error are a terminal of its own
 };
 
-struct ProcessEnd {
-  int exit_code = -1;      ///< -1 where a signal ended it
-  int signal = 0;          ///< signal number
+struct ProcessEnd : CommandResult {
+  int signal = 0;          ///< that ended it; 0: none
   bool timed_out = false;  ///< it had to be killed
-  std::string standard_output;
-  std::string standard_error;
   double elapsed_s = 0;
   double cpu_s = 0;           ///< all threads, user and system
   double peak_memory_mb = 0;  ///< resident; 10^6 bytes
 };
+/// Prints a run for GoogleTest.
+inline void PrintTo(const ProcessEnd& end, std::ostream* out) {
+  *out << "signal " << end.signal << ", ";
+  PrintTo(static_cast<const CommandResult&>(end), out);
+}
 
 /// Starts at once, with an empty standard input unless it has a terminal; dies with its object at
 /// the latest.

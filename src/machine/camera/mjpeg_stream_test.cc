@@ -13,6 +13,7 @@
 #include "machine/camera/camera_url.h"
 #include "machine/camera/digest_auth.h"
 #include "machine/net/host_clock.h"
+#include "support/matchers.h"
 #include "support/scripted_http.h"
 #include "support/temporary_folder.h"
 #include "support/test_pictures.h"
@@ -85,9 +86,8 @@ TEST(MjpegStream, DeliversPicturesUntouchedInOrder) {
     EXPECT_LE(frame.arrival_s, HostNow());
     EXPECT_FALSE(frame.captured);
   }
-  const auto decoded = DecodeFrame(outcome.frames[0]);
-  ASSERT_TRUE(decoded) << decoded.error().message;
-  EXPECT_EQ(decoded->width, 64);
+  const auto decoded = Must(DecodeFrame(outcome.frames[0]));
+  EXPECT_EQ(decoded.width, 64);
 }
 
 TEST(MjpegStream, ReadsTheTimesOfEveryServerItKnows) {
@@ -139,7 +139,7 @@ TEST(MjpegStream, SendsUserAndPasswordAndNeverShowsThem) {
   const std::string address =
       "http://user:p%40ss@127.0.0.1:" + std::to_string(server.port()) + "/stream";
   const Outcome outcome = ReadUntilError(address);
-  EXPECT_THAT(outcome.error.message, AllOf(HasSubstr("401"), HasSubstr("password into")));
+  EXPECT_THAT(outcome.error.message, Containing("401", "password into"));
   EXPECT_EQ(outcome.error.message.find("p%40ss"), std::string::npos);
   // base64("user:p@ss")
   EXPECT_THAT(server.requests().at(0), HasSubstr("Authorization: Basic dXNlcjpwQHNz\r\n"));
@@ -200,8 +200,7 @@ TEST(MjpegStream, NamesWhatIsNotAStream) {
     const ScriptedHttp server(Answers(answer, false));
     return ReadUntilError(server.Url("/x")).error.message;
   };
-  EXPECT_THAT(message("HTTP/1.1 404 Not Found\r\n\r\n"),
-              AllOf(HasSubstr("404"), HasSubstr("check the path")));
+  EXPECT_THAT(message("HTTP/1.1 404 Not Found\r\n\r\n"), Containing("404", "check the path"));
   EXPECT_THAT(message("HTTP/1.1 302 Found\r\nLocation: /y\r\n\r\n"), HasSubstr("/y"));
   EXPECT_THAT(message("HTTP/1.1 503 Busy\r\n\r\n"), HasSubstr("plugged in"));
   EXPECT_THAT(message("HTTP/1.1 200 OK\r\nContent-Type: text/html\r\n\r\n<html>"),
@@ -222,30 +221,22 @@ TEST(MjpegStream, NamesAStallAndGoesOnAfterIt) {
     peer.Send(part.substr(200));
     peer.WaitForClose();
   });
-  auto camera = OpenCamera(server.Url("/"));
-  ASSERT_TRUE(camera) << camera.error().message;
-  ASSERT_TRUE((*camera)->Next(kPatience_s, {}));
-  const auto stall = (*camera)->Next(kImpatience_s, {});
-  ASSERT_FALSE(stall);
-  EXPECT_EQ(stall.error().kind, ErrorKind::kMachine);
-  EXPECT_THAT(stall.error().message,
-              AllOf(HasSubstr("no frame within 0.05 s"), HasSubstr("after 1 frames")));
+  auto camera = Must(OpenCamera(server.Url("/")));
+  ASSERT_TRUE(camera->Next(kPatience_s, {}));
+  EXPECT_THAT(camera->Next(kImpatience_s, {}),
+              FailsWith(ErrorKind::kMachine, "no frame within 0.05 s", "after 1 frames"));
   stalled.set_value();
-  const auto after = (*camera)->Next(kPatience_s, {});
-  ASSERT_TRUE(after) << after.error().message;
-  EXPECT_EQ((*after)->fault, FrameFault::kNone);
+  const auto after = Must(camera->Next(kPatience_s, {}));
+  EXPECT_EQ(after->fault, FrameFault::kNone);
 }
 
 TEST(MjpegStream, IsStoppedAtOnce) {
   const ScriptedHttp server(Answers(MjpegHead()));
-  auto camera = OpenCamera(server.Url("/"));
-  ASSERT_TRUE(camera) << camera.error().message;
+  auto camera = Must(OpenCamera(server.Url("/")));
   std::stop_source stop;
   std::jthread stopper([&] { stop.request_stop(); });
   const double before_s = HostNow();
-  const auto frame = (*camera)->Next(60, stop.get_token());
-  ASSERT_FALSE(frame);
-  EXPECT_EQ(frame.error().kind, ErrorKind::kInterrupted);
+  EXPECT_THAT(camera->Next(60, stop.get_token()), FailsWith(ErrorKind::kInterrupted));
   EXPECT_LT(HostNow() - before_s, 30);
 }
 
@@ -267,20 +258,19 @@ TEST(MjpegStream, MarksDamagedFramesAndKeepsTheRest) {
   using enum FrameFault;
   EXPECT_THAT(faults, testing::ElementsAre(kNone, kCutOff, kNone, kNotAnImage, kOtherSize,
                                            kNoSignal, kNone, kTimeJumped, kNone, kCutOff));
-  EXPECT_THAT(outcome.frames[4].fault_text, AllOf(HasSubstr("32x24"), HasSubstr("64x48")));
+  EXPECT_THAT(outcome.frames[4].fault_text, Containing("32x24", "64x48"));
   EXPECT_THAT(outcome.error.message, HasSubstr("stream ended after 10 frames"));
 }
 
 TEST(CameraUrl, IsTakenApart) {
-  const auto url = ParseCameraUrl("HTTPS://u:p%3A@[fe80::1]:8443/a?b=c#d");
-  ASSERT_TRUE(url) << url.error().message;
-  EXPECT_TRUE(url->tls);
-  EXPECT_EQ(url->host, "fe80::1");
-  EXPECT_EQ(url->port, 8443);
-  EXPECT_EQ(url->target, "/a?b=c");
-  EXPECT_EQ(url->user, "u");
-  EXPECT_EQ(url->password, "p:");
-  EXPECT_EQ(url->ToString(), "https://[fe80::1]:8443/a?b=c");
+  const auto url = Must(ParseCameraUrl("HTTPS://u:p%3A@[fe80::1]:8443/a?b=c#d"));
+  EXPECT_TRUE(url.tls);
+  EXPECT_EQ(url.host, "fe80::1");
+  EXPECT_EQ(url.port, 8443);
+  EXPECT_EQ(url.target, "/a?b=c");
+  EXPECT_EQ(url.user, "u");
+  EXPECT_EQ(url.password, "p:");
+  EXPECT_EQ(url.ToString(), "https://[fe80::1]:8443/a?b=c");
   EXPECT_EQ(ParseCameraUrl("http://host?x")->target, "/?x");
   for (const char* bad : {"ftp://x", "http://", "http:///x", "http://h:0/", "http://h:65536/",
                           "http://h:/", "http://h:8x/", "http://[::1/", "http://h/a b",
@@ -306,19 +296,17 @@ std::string AnswerTo(const std::string& field) {
 
 TEST(DigestAuth, AnswersAsTheStandardsExamplesDo) {
   EXPECT_THAT(AnswerTo(std::string("Digest algorithm=MD5, ") + kRealm),
-              AllOf(HasSubstr("response=\"8ca523f5e9506fed4657c9700eebdbec\""),
-                    HasSubstr("username=\"Mufasa\""), HasSubstr("uri=\"/dir/index.html\""),
-                    HasSubstr("qop=auth, nc=00000001"), HasSubstr("algorithm=MD5")));
+              Containing("response=\"8ca523f5e9506fed4657c9700eebdbec\"", "username=\"Mufasa\"",
+                         "uri=\"/dir/index.html\"", "qop=auth, nc=00000001", "algorithm=MD5"));
   EXPECT_THAT(
       AnswerTo(std::string("Digest ") + kRealm + ", algorithm=SHA-256"),
       HasSubstr("response=\"753927fa0e85d155564e2e272a28d1802ca10daf4496794697cf8db5856cb6c1"
                 "\""));
   // RFC 2617, 3.5, whose server names no algorithm.
-  const auto old = ParseDigest(
+  const auto old = Must(ParseDigest(
       "Digest realm=\"testrealm@host.com\", qop=\"auth,auth-int\", "
-      "nonce=\"dcd98b7102dd2f0e8b11d0f600bfb0c093\", opaque=\"5ccc069c403ebaf9f0171e9517f40e41\"");
-  ASSERT_TRUE(old);
-  EXPECT_THAT(DigestAnswer(*old, "Mufasa", "Circle Of Life", "/dir/index.html", "0a4f113b"),
+      "nonce=\"dcd98b7102dd2f0e8b11d0f600bfb0c093\", opaque=\"5ccc069c403ebaf9f0171e9517f40e41\""));
+  EXPECT_THAT(DigestAnswer(old, "Mufasa", "Circle Of Life", "/dir/index.html", "0a4f113b"),
               AllOf(HasSubstr("response=\"6629fae49393a05397450978507c4ef1\""),
                     Not(HasSubstr("algorithm"))));
 }
@@ -354,19 +342,18 @@ TEST_F(FrameFilesTest, AFolderComesInTheOrderOfItsNumbers) {
   Write("frame11.JPG", test::JpegOf(test::TestPicture(48, 24, 0)));
   Write("frame12.png", "not a picture");
   Write("notes.txt", "x");
-  auto camera = OpenCamera(folder_.path().string());
-  ASSERT_TRUE(camera) << camera.error().message;
-  EXPECT_FALSE((*camera)->live());
+  auto camera = Must(OpenCamera(folder_.path().string()));
+  EXPECT_FALSE(camera->live());
   for (const int i : {1, 2, 9, 10}) {
-    const auto frame = (*camera)->Next(1, {});
+    const auto frame = camera->Next(1, {});
     ASSERT_TRUE(frame && *frame);
     const std::string expected = test::JpegOf(test::TestPicture(32, 24, i));
     EXPECT_EQ(std::string((*frame)->image.begin(), (*frame)->image.end()), expected) << i;
     EXPECT_FALSE((*frame)->captured);
   }
-  EXPECT_EQ((**(*camera)->Next(1, {})).fault, FrameFault::kOtherSize);
-  EXPECT_EQ((**(*camera)->Next(1, {})).fault, FrameFault::kNotAnImage);
-  EXPECT_FALSE(*(*camera)->Next(1, {}));
+  EXPECT_EQ((**camera->Next(1, {})).fault, FrameFault::kOtherSize);
+  EXPECT_EQ((**camera->Next(1, {})).fault, FrameFault::kNotAnImage);
+  EXPECT_FALSE(*camera->Next(1, {}));
 }
 
 TEST_F(FrameFilesTest, NamesWhatIsNotThereOrNotAVideo) {
@@ -374,16 +361,9 @@ TEST_F(FrameFilesTest, NamesWhatIsNotThereOrNotAVideo) {
   Write("text.avi", std::string(1000, 'x'));
   EXPECT_THAT(Message("text.avi"), HasSubstr("text.avi"));
   EXPECT_THAT(Message(""), HasSubstr("holds no .jpg"));
-  const auto rtsp = OpenCamera("rtsp://host/stream");
-  ASSERT_FALSE(rtsp);
-  EXPECT_THAT(rtsp.error().message, HasSubstr("MJPEG over HTTP"));
-  const auto device = OpenCamera("/dev/video-none");
-  ASSERT_FALSE(device);
-  EXPECT_EQ(device.error().kind, ErrorKind::kMachine);
-  EXPECT_THAT(device.error().message, HasSubstr("plugged in"));
-  const auto null = OpenCamera("/dev/null");
-  ASSERT_FALSE(null);
-  EXPECT_THAT(null.error().message, HasSubstr("not a video device"));
+  EXPECT_THAT(OpenCamera("rtsp://host/stream"), FailsWith("MJPEG over HTTP"));
+  EXPECT_THAT(OpenCamera("/dev/video-none"), FailsWith(ErrorKind::kMachine, "plugged in"));
+  EXPECT_THAT(OpenCamera("/dev/null"), FailsWith("not a video device"));
 }
 
 }  // namespace

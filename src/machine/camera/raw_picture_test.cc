@@ -9,12 +9,10 @@
 #include <vector>
 
 #include "machine/camera/camera.h"
+#include "support/matchers.h"
 
 namespace trammel::machine {
 namespace {
-
-using ::testing::AllOf;
-using ::testing::HasSubstr;
 
 constexpr std::uint32_t kMono8 = 0x01080001;
 constexpr std::uint32_t kRgb8 = 0x02180014;
@@ -26,9 +24,7 @@ Frame Decoded(const Result<std::vector<std::uint8_t>>& picture) {
   if (!picture) return {};
   CapturedFrame captured;
   captured.image = *picture;
-  auto frame = DecodeFrame(captured);
-  EXPECT_TRUE(frame) << (frame ? "" : frame.error().message);
-  return frame ? *frame : Frame{};
+  return Must(DecodeFrame(captured));
 }
 
 TEST(RawPicture, GreyComesBackAsItWasWithoutTheRowsPadding) {
@@ -91,13 +87,9 @@ TEST(RawPicture, EveryBayerPatternGivesTheColourOfTheScene) {
 
 TEST(RawPicture, WhatCannotBeReadIsNamed) {
   const std::vector<std::uint8_t> bytes(16, 1);
-  const auto wide = ToPicture({kMono16, 2, 4, 0, bytes}, 0);
-  ASSERT_FALSE(wide);
-  EXPECT_THAT(wide.error().message,
-              AllOf(HasSubstr("0x01100007"), HasSubstr("Mono8"), HasSubstr("BayerRG8")));
-  const auto few = ToPicture({kMono8, 5, 4, 0, bytes}, 0);
-  ASSERT_FALSE(few);
-  EXPECT_THAT(few.error().message, AllOf(HasSubstr("16 bytes"), HasSubstr("5x4")));
+  EXPECT_THAT(ToPicture({kMono16, 2, 4, 0, bytes}, 0),
+              FailsWith("0x01100007", "Mono8", "BayerRG8"));
+  EXPECT_THAT(ToPicture({kMono8, 5, 4, 0, bytes}, 0), FailsWith("16 bytes", "5x4"));
   EXPECT_FALSE(ToPicture({kMono8, 4, 4, 1, bytes}, 0));
   EXPECT_FALSE(ToPicture({kMono8, 4, 4, SIZE_MAX, bytes}, 0));
   EXPECT_FALSE(ToPicture({kMono8, 0, 4, 0, bytes}, 0));
@@ -107,9 +99,8 @@ TEST(RawPicture, WhatCannotBeReadIsNamed) {
   constexpr int kTooLong_px = 65501;
   const std::vector<std::uint8_t> line(kTooLong_px, 1);
   for (const int quality : {0, 95}) {
-    const auto too_long = ToPicture({kMono8, kTooLong_px, 1, 0, line}, quality);
-    ASSERT_FALSE(too_long);
-    EXPECT_THAT(too_long.error().message, AllOf(HasSubstr("65501x1"), HasSubstr("65500 px")));
+    EXPECT_THAT(ToPicture({kMono8, kTooLong_px, 1, 0, line}, quality),
+                FailsWith("65501x1", "65500 px"));
     EXPECT_TRUE(ToPicture({kMono8, kTooLong_px - 1, 1, 0, line}, quality));
   }
 }
@@ -120,9 +111,8 @@ constexpr double kGrain_s = 1e-6;
 
 TEST(WallStamps, LieOnTheMonotonicClock) {
   WallStamps stamps;
-  const auto stamp = stamps.OnHostClock(kEpoch_s + 9.97, kEpoch_s + 10, 50);
-  ASSERT_TRUE(stamp);
-  EXPECT_NEAR(*stamp, 49.97, kGrain_s);
+  const auto stamp = Must(stamps.OnHostClock(kEpoch_s + 9.97, kEpoch_s + 10, 50));
+  EXPECT_NEAR(stamp, 49.97, kGrain_s);
   EXPECT_FALSE(stamps.OnHostClock(0, kEpoch_s + 11, 51)) << "missing";
   EXPECT_FALSE(stamps.OnHostClock(kEpoch_s + 13, kEpoch_s + 12, 52)) << "in the future";
 }
@@ -137,9 +127,8 @@ TEST(WallStamps, AreDoubtedForAWhileAfterTheClockWasSet) {
   };
   EXPECT_FALSE(at(51));
   EXPECT_FALSE(at(52.5));
-  const auto again = at(53.5);
-  ASSERT_TRUE(again);
-  EXPECT_NEAR(*again, 53.47, kGrain_s);
+  const auto again = Must(at(53.5));
+  EXPECT_NEAR(again, 53.47, kGrain_s);
 }
 
 }  // namespace

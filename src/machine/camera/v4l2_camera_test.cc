@@ -12,12 +12,12 @@
 #include <vector>
 
 #include "machine/camera/camera_sources.h"
+#include "support/matchers.h"
 #include "support/test_pictures.h"
 
 namespace trammel::machine {
 namespace {
 
-using ::testing::AllOf;
 using ::testing::HasSubstr;
 
 /// A camera as its driver shows itself. Its descriptor is ready while it has frames.
@@ -147,19 +147,17 @@ TEST_F(V4l2CameraTest, DeliversBuffersWithTheKernelsTimesAndCounts) {
         {picture_, 100.25 + i, 5 + 2 * i, V4L2_BUF_FLAG_TIMESTAMP_MONOTONIC, 0});
   }
   {
-    auto camera = Open();
-    ASSERT_TRUE(camera) << camera.error().message;
+    auto camera = Must(Open());
     for (unsigned i = 0; i < 10; ++i) {
-      const auto frame = (*camera)->Next(5, {});
-      ASSERT_TRUE(frame) << frame.error().message;
-      EXPECT_EQ(std::string((*frame)->image.begin(), (*frame)->image.end()), picture_);
-      ASSERT_TRUE((*frame)->captured);
-      EXPECT_EQ((*frame)->captured->clock, CameraClock::kOurs);
-      EXPECT_NEAR((*frame)->captured->time_s, 100.25 + i, 1e-6);
-      EXPECT_EQ((*frame)->sequence, 5 + 2 * i);
-      EXPECT_EQ((*frame)->fault, FrameFault::kNone);
+      const auto frame = Must(camera->Next(5, {}));
+      EXPECT_EQ(std::string(frame->image.begin(), frame->image.end()), picture_);
+      ASSERT_TRUE(frame->captured);
+      EXPECT_EQ(frame->captured->clock, CameraClock::kOurs);
+      EXPECT_NEAR(frame->captured->time_s, 100.25 + i, 1e-6);
+      EXPECT_EQ(frame->sequence, 5 + 2 * i);
+      EXPECT_EQ(frame->fault, FrameFault::kNone);
     }
-    EXPECT_THAT((*camera)->Describe(), HasSubstr("our monotonic clock"));
+    EXPECT_THAT(camera->Describe(), HasSubstr("our monotonic clock"));
   }
   EXPECT_FALSE(device_->streaming);
   EXPECT_EQ(device_->mapped, 0);
@@ -172,15 +170,14 @@ TEST_F(V4l2CameraTest, DoesNotBelieveTheDriver) {
   device_->frames.push_back(
       {picture_, 3, 2, V4L2_BUF_FLAG_TIMESTAMP_MONOTONIC | V4L2_BUF_FLAG_ERROR, 0});
   device_->frames.push_back({"", 4, 3, V4L2_BUF_FLAG_TIMESTAMP_MONOTONIC, 0});
-  auto camera = Open();
-  ASSERT_TRUE(camera);
-  const auto huge = (*camera)->Next(5, {});
+  auto camera = Must(Open());
+  const auto huge = camera->Next(5, {});
   EXPECT_EQ((*huge)->image.size(), device_->buffer_bytes);
-  const auto half = (*camera)->Next(5, {});
+  const auto half = camera->Next(5, {});
   EXPECT_EQ((*half)->fault, FrameFault::kCutOff);
   EXPECT_FALSE((*half)->captured);
-  EXPECT_EQ((**(*camera)->Next(5, {})).fault, FrameFault::kCutOff);
-  EXPECT_EQ((**(*camera)->Next(5, {})).fault, FrameFault::kNotAnImage);
+  EXPECT_EQ((**camera->Next(5, {})).fault, FrameFault::kCutOff);
+  EXPECT_EQ((**camera->Next(5, {})).fault, FrameFault::kNotAnImage);
 }
 
 TEST_F(V4l2CameraTest, NamesWhatADeviceIsNot) {
@@ -193,24 +190,18 @@ TEST_F(V4l2CameraTest, NamesWhatADeviceIsNot) {
   EXPECT_THAT(OpenError(), HasSubstr("metadata"));
   device_->capabilities |= V4L2_CAP_VIDEO_CAPTURE;
   device_->format = V4L2_PIX_FMT_YUYV;
-  EXPECT_THAT(OpenError(), AllOf(HasSubstr("YUYV"), HasSubstr("ustreamer")));
+  EXPECT_THAT(OpenError(), Containing("YUYV", "ustreamer"));
   device_->format = V4L2_PIX_FMT_MJPEG;
   device_->format_error = EBUSY;
   EXPECT_THAT(OpenError(), HasSubstr("http address"));
 }
 
 TEST_F(V4l2CameraTest, NamesAStallAndAnUnpluggedCamera) {
-  auto camera = Open();
-  ASSERT_TRUE(camera);
-  const auto stalled = (*camera)->Next(0.05, {});
-  ASSERT_FALSE(stalled);
-  EXPECT_THAT(stalled.error().message, HasSubstr("no frame within 0.05 s"));
+  auto camera = Must(Open());
+  EXPECT_THAT(camera->Next(0.05, {}), FailsWith("no frame within 0.05 s"));
   device_->dequeue_error = ENODEV;
-  auto gone = Open();
-  ASSERT_TRUE(gone);
-  const auto frame = (*gone)->Next(5, {});
-  ASSERT_FALSE(frame);
-  EXPECT_THAT(frame.error().message, HasSubstr("unplugged"));
+  auto gone = Must(Open());
+  EXPECT_THAT(gone->Next(5, {}), FailsWith("unplugged"));
 }
 
 }  // namespace

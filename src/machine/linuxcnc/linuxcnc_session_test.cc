@@ -13,12 +13,11 @@
 
 #include "machine/linuxcnc/linuxcnc.h"
 #include "machine/linuxcnc/session_script.h"
+#include "support/matchers.h"
 #include "support/temporary_folder.h"
 
 namespace trammel::machine {
 namespace {
-
-using ::testing::HasSubstr;
 
 // A program in Python's place that says one thing at first and another to every request.
 class LinuxCncSessionAnswers : public testing::Test {
@@ -66,12 +65,8 @@ TEST_F(LinuxCncSessionAnswers, WhatIsNoAnswerIsNamedAndNothingIsMadeOfIt) {
         R"( "spindle_stopped": true})",
         R"({"id": 1, "position": [1, 2, 3, 4], "mode": 3, "idle": true, "spindle_stopped": true})",
         R"({"id": 1, "position": [1, 2, 3, 1e999], "mode": "MDI", "idle": 1})"}) {
-    const auto session = Join(R"({"id": 0})", answer);
-    ASSERT_TRUE(session) << session.error().message;
-    const auto motion = (*session)->Motion({});
-    ASSERT_FALSE(motion) << answer;
-    EXPECT_EQ(motion.error().kind, ErrorKind::kMachine) << answer;
-    EXPECT_THAT(motion.error().message, HasSubstr("no answer")) << answer;
+    const auto session = Must(Join(R"({"id": 0})", answer));
+    EXPECT_THAT(session->Motion({}), FailsWith(ErrorKind::kMachine, "no answer")) << answer;
   }
 }
 
@@ -83,19 +78,17 @@ constexpr const char* kInches =
     R"( "high": [10, 20, 0, 0]})";
 
 TEST_F(LinuxCncSessionAnswers, FactsAreInMillimetresWhateverTheMachinesOwnUnit) {
-  const auto session = Join(R"({"id": 0})", kInches);
-  ASSERT_TRUE(session) << session.error().message;
-  const auto facts = (*session)->Facts({});
-  ASSERT_TRUE(facts) << facts.error().message;
-  EXPECT_FALSE(facts->state.metric);
-  EXPECT_FALSE(facts->state.homed);
-  EXPECT_EQ(facts->not_homed, std::vector<int>{1});
-  EXPECT_TRUE(facts->HasAxis('Z'));
-  EXPECT_FALSE(facts->HasAxis('C'));
-  EXPECT_EQ(facts->tool, 7);
-  EXPECT_DOUBLE_EQ(facts->tool_length_mm, 50.8);
-  EXPECT_EQ(facts->travel.low_mm, Eigen::Vector3d(0, 0, -kFarthest_mm));
-  EXPECT_EQ(facts->travel.high_mm, Eigen::Vector3d(254, 508, 0));
+  const auto session = Must(Join(R"({"id": 0})", kInches));
+  const auto facts = Must(session->Facts({}));
+  EXPECT_FALSE(facts.state.metric);
+  EXPECT_FALSE(facts.state.homed);
+  EXPECT_EQ(facts.not_homed, std::vector<int>{1});
+  EXPECT_TRUE(facts.HasAxis('Z'));
+  EXPECT_FALSE(facts.HasAxis('C'));
+  EXPECT_EQ(facts.tool, 7);
+  EXPECT_DOUBLE_EQ(facts.tool_length_mm, 50.8);
+  EXPECT_EQ(facts.travel.low_mm, Eigen::Vector3d(0, 0, -kFarthest_mm));
+  EXPECT_EQ(facts.travel.high_mm, Eigen::Vector3d(254, 508, 0));
 }
 
 TEST_F(LinuxCncSessionAnswers, FactsThatCannotBeAreNamed) {
@@ -108,21 +101,15 @@ TEST_F(LinuxCncSessionAnswers, FactsThatCannotBeAreNamed) {
            {"\"axes\": \"XYZ\"", "\"axes\": 7"}}) {
     std::string answer = kInches;
     answer.replace(answer.find(was), was.size(), is);
-    const auto session = Join(R"({"id": 0})", answer);
-    ASSERT_TRUE(session);
-    const auto facts = (*session)->Facts({});
-    ASSERT_FALSE(facts) << is;
-    EXPECT_THAT(facts.error().message, HasSubstr("no answer")) << is;
+    const auto session = Must(Join(R"({"id": 0})", answer));
+    EXPECT_THAT(session->Facts({}), FailsWith("no answer")) << is;
   }
 }
 
 TEST_F(LinuxCncSessionAnswers, ATakeOverIsAMatterOfSafety) {
   const auto session =
-      Join(R"({"id": 0})", R"({"id": 1, "error": "somebody took over", "kind": "taken"})");
-  ASSERT_TRUE(session) << session.error().message;
-  const auto moved = (*session)->Move("G53 G1 X1", {});
-  ASSERT_FALSE(moved);
-  EXPECT_EQ(moved.error().kind, ErrorKind::kSafety);
+      Must(Join(R"({"id": 0})", R"({"id": 1, "error": "somebody took over", "kind": "taken"})"));
+  EXPECT_THAT(session->Move("G53 G1 X1", {}), FailsWith(ErrorKind::kSafety));
 }
 
 }  // namespace

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "machine/net/host_clock.h"
+#include "support/matchers.h"
 #include "support/scripted_linuxcnc.h"
 
 namespace trammel::machine {
@@ -31,9 +32,7 @@ LinuxCncOptions Options(const ScriptedLinuxCnc& server) {
 }
 
 std::unique_ptr<LinuxCnc> Connected(const LinuxCncOptions& options) {
-  auto machine = LinuxCnc::Connect(options, {});
-  EXPECT_TRUE(machine) << machine.error().message;
-  return machine ? std::move(*machine) : nullptr;
+  return Must(LinuxCnc::Connect(options, {}));
 }
 
 // A script with one fault at the first request that contains `where`, from the `from`th on.
@@ -47,25 +46,20 @@ ScriptedLinuxCnc::Script FaultAt(const std::string& where, Fault fault, int from
 TEST(LinuxCnc, WritesAnOffsetAndReadsItBack) {
   ScriptedLinuxCnc server;
   const auto machine = Connected(Options(server));
-  ASSERT_TRUE(machine);
   const LinuxCncOffset offset{{-1203.4567894, 87.5, -410}, -12.345678901};
-  const auto written = machine->WriteOffset(2, offset, {});
-  ASSERT_TRUE(written) << written.error().message;
+  Must(machine->WriteOffset(2, offset, {}));
   EXPECT_EQ(server.parameter(5241), -1203.456789);
   EXPECT_EQ(server.parameter(5243), -410);
   EXPECT_EQ(server.parameter(5250), -12.345678901);
-  const auto read = machine->ReadOffsets(2, {});
-  ASSERT_TRUE(read);
-  EXPECT_NEAR(read->offset.rotation_deg, offset.rotation_deg, 1e-6);
-  EXPECT_FALSE(read->g92);
+  const auto read = Must(machine->ReadOffsets(2, {}));
+  EXPECT_NEAR(read.offset.rotation_deg, offset.rotation_deg, 1e-6);
+  EXPECT_FALSE(read.g92);
 }
 
 TEST(LinuxCnc, AnOffsetThatWasRefusedOrNotKeptIsAnErrorThatSaysSo) {
   ScriptedLinuxCnc deaf(FaultAt("G10", Fault::kRefuse));
-  const auto refused = Connected(Options(deaf))->WriteOffset(1, {{1, 2, 3}, 4}, {});
-  ASSERT_FALSE(refused);
-  EXPECT_THAT(refused.error().message, HasSubstr("by the script"));
-  EXPECT_EQ(refused.error().kind, ErrorKind::kMachine);
+  EXPECT_THAT(Connected(Options(deaf))->WriteOffset(1, {{1, 2, 3}, 4}, {}),
+              FailsWith(ErrorKind::kMachine, "by the script"));
 
   std::atomic<ScriptedLinuxCnc*> shop = nullptr;
   ScriptedLinuxCnc forgetful([&shop, shown = 0](const std::string& request) mutable {
@@ -74,26 +68,21 @@ TEST(LinuxCnc, AnOffsetThatWasRefusedOrNotKeptIsAnErrorThatSaysSo) {
     return Fault::kNone;
   });
   shop = &forgetful;
-  const auto lost = Connected(Options(forgetful))->WriteOffset(1, {{1, 2, 3}, 4}, {});
-  ASSERT_FALSE(lost);
-  EXPECT_THAT(lost.error().message,
-              AllOf(HasSubstr("keeps X 99.000000"), HasSubstr("where X 1.000000 Y 2.000000")));
+  EXPECT_THAT(Connected(Options(forgetful))->WriteOffset(1, {{1, 2, 3}, 4}, {}),
+              FailsWith("keeps X 99.000000", "where X 1.000000 Y 2.000000"));
 }
 
 TEST(LinuxCnc, RefusesToWriteWhileAG92IsActive) {
   ScriptedLinuxCnc server;
   server.SetParameter(5210, 1);
-  const auto written = Connected(Options(server))->WriteOffset(1, {{1, 2, 3}, 4}, {});
-  ASSERT_FALSE(written);
-  EXPECT_EQ(written.error().kind, ErrorKind::kSafety);
-  EXPECT_THAT(written.error().message, HasSubstr("G92.1"));
+  EXPECT_THAT(Connected(Options(server))->WriteOffset(1, {{1, 2, 3}, 4}, {}),
+              FailsWith(ErrorKind::kSafety, "G92.1"));
   EXPECT_THAT(server.requests(), Each(Not(HasSubstr("G10"))));
 }
 
 TEST(LinuxCnc, MovesInPiecesAndArrives) {
   ScriptedLinuxCnc server;
   const auto machine = Connected(Options(server));
-  ASSERT_TRUE(machine);
   const auto moved = machine->MoveTo({30, -40, 5.5}, 6000, {});  // 50 mm at 50 mm a piece
   ASSERT_TRUE(moved) << moved.error().message;
   EXPECT_NEAR(server.position()[1], -40, 1e-3);
@@ -112,12 +101,10 @@ TEST(LinuxCnc, TurnsTheSpindleByItsAxisInPiecesAndNothingElse) {
   options.spindle_locked_by_hand = false;
   options.c_holds_spindle = true;
   const auto machine = Connected(options);
-  ASSERT_TRUE(machine);
   const auto turned = machine->TurnTo(180, 7200, {});  // 60 degrees a piece
   ASSERT_TRUE(turned) << turned.error().message;
-  const auto state = machine->State({});
-  ASSERT_TRUE(state);
-  EXPECT_EQ(state->c_deg, 180);
+  const auto state = Must(machine->State({}));
+  EXPECT_EQ(state.c_deg, 180);
   std::vector<std::string> moves;
   for (const std::string& request : server.requests()) {
     if (request.find("G53 G1") != std::string::npos) moves.push_back(request);
@@ -125,9 +112,7 @@ TEST(LinuxCnc, TurnsTheSpindleByItsAxisInPiecesAndNothingElse) {
   EXPECT_EQ(moves.size(), 3);
   EXPECT_THAT(moves, Each(AllOf(HasSubstr(" C"), Not(HasSubstr("X")), Not(HasSubstr("Z")))));
   server.Answer("spindle_stopped", false);
-  const auto turning = machine->TurnTo(0, 7200, {});
-  ASSERT_FALSE(turning);
-  EXPECT_EQ(turning.error().kind, ErrorKind::kSafety);
+  EXPECT_THAT(machine->TurnTo(0, 7200, {}), FailsWith(ErrorKind::kSafety));
 }
 
 TEST(LinuxCnc, RefusesUnlessTheMachineIsReadyAndTheSpindleHeld) {
@@ -144,11 +129,8 @@ TEST(LinuxCnc, RefusesUnlessTheMachineIsReadyAndTheSpindleHeld) {
     ScriptedLinuxCnc server;
     server.Answer(c.name, c.value);
     const auto machine = Connected(Options(server));
-    ASSERT_TRUE(machine);
-    const auto moved = machine->MoveTo({1, 2, 3}, 600, {});
-    ASSERT_FALSE(moved) << c.name;
-    EXPECT_EQ(moved.error().kind, ErrorKind::kSafety) << c.name;
-    EXPECT_THAT(moved.error().message, HasSubstr(c.said));
+    EXPECT_THAT(machine->MoveTo({1, 2, 3}, 600, {}), FailsWith(ErrorKind::kSafety, c.said))
+        << c.name;
     EXPECT_THAT(server.requests(), Each(Not(HasSubstr("mdi"))));
   }
   ScriptedLinuxCnc server;
@@ -168,12 +150,8 @@ TEST(LinuxCnc, ATakeOverEndsTheMoveAndIsNotFought) {
   });
   server = &served;
   const auto machine = Connected(Options(served));
-  ASSERT_TRUE(machine);
-  const auto moved = machine->MoveTo({100, 0, 0}, 1200, {});
-  ASSERT_FALSE(moved);
-  EXPECT_EQ(moved.error().kind, ErrorKind::kSafety);
-  EXPECT_THAT(moved.error().message,
-              AllOf(HasSubstr("somebody took LinuxCNC over"), HasSubstr("MANUAL mode")));
+  EXPECT_THAT(machine->MoveTo({100, 0, 0}, 1200, {}),
+              FailsWith(ErrorKind::kSafety, "somebody took LinuxCNC over", "MANUAL mode"));
   const auto sent = served.requests().size();
   EXPECT_FALSE(machine->MoveTo({0, 0, 0}, 1200, {}));
   served.Answer("mode", "MDI");  // theirs as well
@@ -188,7 +166,6 @@ TEST(LinuxCnc, ATakeOverEndsTheMoveAndIsNotFought) {
 TEST(LinuxCnc, AStopAbortsTheMoveAndSeesTheMachineStand) {
   ScriptedLinuxCnc server;
   const auto machine = Connected(Options(server));
-  ASSERT_TRUE(machine);
   std::stop_source source;
   std::thread stopper([&source] {
     std::this_thread::sleep_for(std::chrono::milliseconds(200));
@@ -196,9 +173,7 @@ TEST(LinuxCnc, AStopAbortsTheMoveAndSeesTheMachineStand) {
   });
   const auto moved = machine->MoveTo({1000, 0, 0}, 600, source.get_token());
   stopper.join();
-  ASSERT_FALSE(moved);
-  EXPECT_EQ(moved.error().kind, ErrorKind::kInterrupted);
-  EXPECT_THAT(moved.error().message, HasSubstr("the machine stands at X"));
+  ASSERT_THAT(moved, FailsWith(ErrorKind::kInterrupted, "the machine stands at X"));
   EXPECT_FALSE(server.moving());
   EXPECT_LT(server.position()[0], 100);
 }
@@ -206,12 +181,8 @@ TEST(LinuxCnc, AStopAbortsTheMoveAndSeesTheMachineStand) {
 TEST(LinuxCnc, ALostHelperIsReplacedToAbort) {
   ScriptedLinuxCnc server(FaultAt("look", Fault::kDrop, 5));
   const auto machine = Connected(Options(server));
-  ASSERT_TRUE(machine);
-  const auto moved = machine->MoveTo({1000, 0, 0}, 600, {});
-  ASSERT_FALSE(moved);
-  EXPECT_EQ(moved.error().kind, ErrorKind::kMachine);
-  EXPECT_THAT(moved.error().message,
-              AllOf(HasSubstr("it has ended"), HasSubstr("the machine stands at X")));
+  EXPECT_THAT(machine->MoveTo({1000, 0, 0}, 600, {}),
+              FailsWith(ErrorKind::kMachine, "it has ended", "the machine stands at X"));
   EXPECT_FALSE(server.moving());
 }
 
@@ -225,10 +196,7 @@ TEST(LinuxCnc, AMoveThatNobodyEndsIsOverWithinASecond) {
     return gone ? Fault::kDrop : Fault::kNone;
   });
   const auto machine = Connected(Options(server));
-  ASSERT_TRUE(machine);
-  const auto moved = machine->MoveTo({1000, 0, 0}, 600, {});
-  ASSERT_FALSE(moved);
-  EXPECT_THAT(moved.error().message, HasSubstr("look at the machine"));
+  EXPECT_THAT(machine->MoveTo({1000, 0, 0}, 600, {}), FailsWith("look at the machine"));
   const double end_s = HostNow() + 1;
   while (server.moving() && HostNow() < end_s) {
     std::this_thread::sleep_for(std::chrono::milliseconds(10));
@@ -262,10 +230,8 @@ TEST(LinuxCnc, EndsTheMoveWhenTheSpindleStartsOrItsAxisTurns) {
     return Fault::kNone;
   });
   shop = &server;
-  const auto moved = Connected(Options(server))->MoveTo({100, 0, 0}, 600, {});
-  ASSERT_FALSE(moved);
-  EXPECT_EQ(moved.error().kind, ErrorKind::kSafety);
-  EXPECT_THAT(moved.error().message, HasSubstr("spindle was started"));
+  EXPECT_THAT(Connected(Options(server))->MoveTo({100, 0, 0}, 600, {}),
+              FailsWith(ErrorKind::kSafety, "spindle was started"));
   EXPECT_FALSE(server.moving());
 
   ScriptedLinuxCnc turning([&shop](const std::string& request) {
@@ -282,10 +248,8 @@ TEST(LinuxCnc, EveryFaultOfTheHelperIsANamedError) {
     for (const Fault fault : {Fault::kDrop, Fault::kNoise, Fault::kRefuse}) {
       ScriptedLinuxCnc server(FaultAt(where, fault));
       const auto machine = Connected(Options(server));
-      ASSERT_TRUE(machine);
-      const auto done = machine->WriteOffset(1, {{1, 2, 3}, 4}, {});
-      ASSERT_FALSE(done) << where;
-      EXPECT_EQ(done.error().kind, ErrorKind::kMachine) << where;
+      EXPECT_THAT(machine->WriteOffset(1, {{1, 2, 3}, 4}, {}), FailsWith(ErrorKind::kMachine))
+          << where;
     }
   }
 }
@@ -296,11 +260,8 @@ TEST(LinuxCnc, APlaceWhereNoMachineCanBeIsAFaultOfTheControllerAndNothingMoves) 
     ScriptedLinuxCnc server;
     server.Answer("position", told);
     const auto machine = Connected(Options(server));
-    ASSERT_TRUE(machine);
-    const auto moved = machine->MoveTo({1, 2, 3}, 600, {});
-    ASSERT_FALSE(moved) << told;
-    EXPECT_EQ(moved.error().kind, ErrorKind::kMachine) << told;
-    EXPECT_THAT(moved.error().message, HasSubstr("LinuxCNC")) << told;
+    EXPECT_THAT(machine->MoveTo({1, 2, 3}, 600, {}), FailsWith(ErrorKind::kMachine, "LinuxCNC"))
+        << told;
     EXPECT_THAT(server.requests(), Each(Not(HasSubstr("G53")))) << told;
   }
 }
@@ -310,20 +271,15 @@ TEST(LinuxCnc, TheLimitsOfTheAxesHoldForWhatIsToldAndForWhatIsDriven) {
   server.SetIni("[AXIS_Z]MIN_LIMIT", "-400.000000");
   server.SetIni("[AXIS_Z]MAX_LIMIT", "1.500000");
   const auto machine = Connected(Options(server));
-  ASSERT_TRUE(machine);
-  const auto beyond = machine->MoveTo({0, 0, 1.6}, 6000, {});
-  ASSERT_FALSE(beyond);
-  EXPECT_EQ(beyond.error().kind, ErrorKind::kSafety);
-  EXPECT_THAT(beyond.error().message, AllOf(HasSubstr("Z 1.6"), HasSubstr("Z -400")));
+  EXPECT_THAT(machine->MoveTo({0, 0, 1.6}, 6000, {}),
+              FailsWith(ErrorKind::kSafety, "Z 1.6", "Z -400"));
   EXPECT_FALSE(machine->MoveTo({NAN, 0, 0}, 6000, {}));
   EXPECT_FALSE(machine->MoveTo({1e300, 0, 0}, 6000, {}));
   EXPECT_THAT(server.requests(), Each(Not(HasSubstr("G53"))));
   EXPECT_TRUE(machine->MoveTo({0, 0, 1.5}, 6000, {}));
   server.Answer("position", {0, 0, 7.5, 0});
-  const auto lost = machine->MoveTo({0, 0, 1}, 6000, {});
-  ASSERT_FALSE(lost);
-  EXPECT_EQ(lost.error().kind, ErrorKind::kMachine);
-  EXPECT_THAT(lost.error().message, AllOf(HasSubstr("Z 7.5"), HasSubstr("cannot be")));
+  EXPECT_THAT(machine->MoveTo({0, 0, 1}, 6000, {}),
+              FailsWith(ErrorKind::kMachine, "Z 7.5", "cannot be"));
 }
 
 TEST(LinuxCnc, AMoveThatDoesNotGetOnIsAbortedAtItsTimeLimit) {
@@ -331,10 +287,8 @@ TEST(LinuxCnc, AMoveThatDoesNotGetOnIsAbortedAtItsTimeLimit) {
   server.SetHurry(1e-6);
   LinuxCncOptions options = Options(server);
   options.session.time_limit_s = 0.5;
-  const auto moved = Connected(options)->MoveTo({100, 0, 0}, 600, {});
-  ASSERT_FALSE(moved);
-  EXPECT_THAT(moved.error().message,
-              AllOf(HasSubstr("did not arrive within"), HasSubstr("the machine stands at X")));
+  EXPECT_THAT(Connected(options)->MoveTo({100, 0, 0}, 600, {}),
+              FailsWith("did not arrive within", "the machine stands at X"));
   EXPECT_FALSE(server.moving());
 }
 
@@ -345,14 +299,12 @@ TEST(LinuxCnc, OffsetsThatCannotBeAreNeitherBelievedNorWritten) {
     ScriptedLinuxCnc server;
     server.SetParameter(parameter, value);
     const auto read = Connected(Options(server))->ReadOffsets(1, {});
-    ASSERT_FALSE(read) << parameter;
-    EXPECT_EQ(read.error().kind, ErrorKind::kMachine) << parameter;
+    ASSERT_THAT(read, FailsWith(ErrorKind::kMachine)) << parameter;
     EXPECT_LT(read.error().message.size(), 400u);
   }
   ScriptedLinuxCnc server;
-  const auto written = Connected(Options(server))->WriteOffset(1, {{0, 1e9, 0}, 0}, {});
-  ASSERT_FALSE(written);
-  EXPECT_THAT(written.error().message, HasSubstr("work offset 1"));
+  EXPECT_THAT(Connected(Options(server))->WriteOffset(1, {{0, 1e9, 0}, 0}, {}),
+              FailsWith("work offset 1"));
   EXPECT_THAT(server.requests(), Each(Not(HasSubstr("G10"))));
 }
 

@@ -8,12 +8,12 @@
 #include <filesystem>
 #include <string>
 
+#include "support/matchers.h"
 #include "support/sweep_world.h"
 
 namespace trammel::machine {
 namespace {
 
-using ::testing::AllOf;
 using ::testing::HasSubstr;
 
 constexpr ModuleName kNone = {"trammel-none", "reading tea leaves", "trammel-leaves",
@@ -24,17 +24,14 @@ TEST(Module, NamesWhereItLookedForOneThatIsNotThere) {
   const auto module = LoadModule(kNone, folders);
   ASSERT_FALSE(module);
   EXPECT_THAT(module.error().message,
-              AllOf(HasSubstr("reading tea leaves needs the module trammel-none.so"),
-                    HasSubstr("/nowhere/a and /nowhere/b"),
-                    HasSubstr("install the package trammel-leaves")));
+              Containing("reading tea leaves needs the module trammel-none.so",
+                         "/nowhere/a and /nowhere/b", "install the package trammel-leaves"));
 }
 
 /// The error of a module in a folder.
 std::string ErrorIn(const std::filesystem::path& folder) {
   const std::array<std::filesystem::path, 1> folders = {folder};
-  const auto module = LoadModule(kNone, folders);
-  EXPECT_FALSE(module);
-  return module ? "" : module.error().message;
+  return ErrorOf(LoadModule(kNone, folders));
 }
 
 TEST(Module, RefusesOneOfAnotherVersionOrUserOrThatAnybodyMayWrite) {
@@ -47,8 +44,7 @@ TEST(Module, RefusesOneOfAnotherVersionOrUserOrThatAnybodyMayWrite) {
   std::filesystem::create_directories(again);
   std::filesystem::copy(TRAMMEL_STRANGE_MODULE, again / "trammel-none.so");
   std::filesystem::permissions(again / "trammel-none.so", std::filesystem::perms::all);
-  EXPECT_THAT(ErrorIn(again),
-              AllOf(HasSubstr("trammel-none.so"), HasSubstr("others may write to it")));
+  EXPECT_THAT(ErrorIn(again), Containing("trammel-none.so", "others may write to it"));
   std::filesystem::permissions(again / "trammel-none.so", std::filesystem::perms::owner_all);
   if (chown((again / "trammel-none.so").c_str(), 12345, 12345) != 0) GTEST_SKIP() << "not root";
   EXPECT_THAT(ErrorIn(again), HasSubstr("not the program's owner's"));
@@ -67,8 +63,8 @@ TEST(Module, RefusesOneBelowAFolderThatOthersMayWrite) {
     if (others == perms::group_write && chown(open.c_str(), static_cast<uid_t>(-1), 12345) != 0) {
       GTEST_SKIP() << "not root: the folder cannot be given to another group";
     }
-    EXPECT_THAT(ErrorIn(lib), AllOf(HasSubstr(open.string() + " is not the program's owner's"),
-                                    HasSubstr("install trammel anew")));
+    EXPECT_THAT(ErrorIn(lib), Containing(open.string() + " is not the program's owner's",
+                                         "install trammel anew"));
   }
   // Permissions of /tmp.
   std::filesystem::permissions(open, perms::all | perms::sticky_bit);

@@ -12,6 +12,7 @@
 #include <string>
 #include <thread>
 
+#include "support/matchers.h"
 #include "support/temporary_folder.h"
 
 namespace trammel::machine {
@@ -29,10 +30,8 @@ std::vector<std::string> Shell(const std::string& script) { return {"/bin/sh", "
 
 Output Follow(const std::vector<std::string>& words) {
   Output heard;
-  auto process = CommandProcess::Start(words);
-  EXPECT_TRUE(process) << process.error().message;
-  if (!process) return heard;
-  heard.end = (*process)->Follow([&heard](OutputStream stream, std::string_view line) {
+  const auto process = Must(CommandProcess::Start(words));
+  heard.end = (process)->Follow([&heard](OutputStream stream, std::string_view line) {
     (stream == OutputStream::kOutput ? heard.output : heard.error).emplace_back(line);
   });
   return heard;
@@ -64,26 +63,25 @@ TEST(CommandProcess, InheritsNoOpenFile) {
 TEST(CommandProcess, EndsAsItLikesWhenAsked) {
   const test::TemporaryFolder folder;
   const auto ready = folder.path() / "ready";
-  auto process = CommandProcess::Start(Shell("trap 'echo safe; exit 130' TERM; : > " +
-                                             ready.string() + "; while :; do sleep 0.01; done"));
-  ASSERT_TRUE(process) << process.error().message;
+  auto process =
+      Must(CommandProcess::Start(Shell("trap 'echo safe; exit 130' TERM; : > " + ready.string() +
+                                       "; while :; do sleep 0.01; done")));
   WaitForFile(ready);
-  (*process)->AskToEnd();
+  process->AskToEnd();
   std::string last;
-  const CommandEnd end = (*process)->Follow(
-      [&last](OutputStream, std::string_view line) { last = std::string(line); });
+  const CommandEnd end =
+      process->Follow([&last](OutputStream, std::string_view line) { last = std::string(line); });
   EXPECT_EQ(last, "safe");
   EXPECT_EQ(end.exit_code, 130);
-  (*process)->AskToEnd();  // nobody any more
+  process->AskToEnd();  // nobody any more
 }
 
 TEST(CommandProcess, IsAskedToEndAndKilledAfterSilenceOrAStop) {
   for (const bool stopped : {false, true}) {
     std::stop_source stop;
     auto process =
-        CommandProcess::Start(Shell("trap '' TERM; echo deaf; while :; do sleep 0.01; done"));
-    ASSERT_TRUE(process) << process.error().message;
-    const CommandEnd end = (*process)->Follow(
+        Must(CommandProcess::Start(Shell("trap '' TERM; echo deaf; while :; do sleep 0.01; done")));
+    const CommandEnd end = process->Follow(
         [&](OutputStream, std::string_view) {
           if (stopped) stop.request_stop();
         },
@@ -92,12 +90,11 @@ TEST(CommandProcess, IsAskedToEndAndKilledAfterSilenceOrAStop) {
     EXPECT_EQ(end.signal, SIGKILL);
   }
   // A display of progress is no silence.
-  auto busy =
-      CommandProcess::Start(Shell("for i in 1 2 3 4 5; do printf \"$i\\r\"; sleep 0.2; done"));
-  ASSERT_TRUE(busy) << busy.error().message;
+  auto busy = Must(
+      CommandProcess::Start(Shell("for i in 1 2 3 4 5; do printf \"$i\\r\"; sleep 0.2; done")));
   int lines = 0;
-  const CommandEnd end = (*busy)->Follow([&lines](OutputStream, std::string_view) { ++lines; },
-                                         {.stop = {}, .silence_s = 0.6, .rest_s = 1});
+  const CommandEnd end = busy->Follow([&lines](OutputStream, std::string_view) { ++lines; },
+                                      {.stop = {}, .silence_s = 0.6, .rest_s = 1});
   EXPECT_EQ(end.cause, CommandEnd::Cause::kItself);
   EXPECT_EQ(lines, 5);
 }

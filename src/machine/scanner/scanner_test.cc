@@ -11,6 +11,7 @@
 #include <thread>
 
 #include "machine/net/host_clock.h"
+#include "support/matchers.h"
 #include "support/temporary_folder.h"
 
 namespace trammel::machine {
@@ -143,10 +144,8 @@ TEST_F(Scanner, AStopEndsADriverThatDoesNotListenToIt) {
     stop.request_stop();
   });
   const double began_s = HostNow();
-  const auto page =
-      Scan("trap '' TERM; while :; do printf .; sleep 0.01; done", {}, stop.get_token());
-  ASSERT_FALSE(page);
-  EXPECT_EQ(page.error().kind, ErrorKind::kInterrupted);
+  EXPECT_THAT(Scan("trap '' TERM; while :; do printf .; sleep 0.01; done", {}, stop.get_token()),
+              FailsWith(ErrorKind::kInterrupted));
   // 0.2 s until the stop and 0.3 s of patience; the rest is for a machine with other work.
   constexpr double kPrompt_s = 5;
   EXPECT_LT(HostNow() - began_s, kPrompt_s);

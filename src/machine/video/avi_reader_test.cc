@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "support/matchers.h"
 #include "support/sweep_world.h"
 
 namespace trammel::machine {
@@ -75,17 +76,16 @@ TEST_F(AviReaderTest, GivesTheFramesInOrderWithTheirTimes) {
   const std::string movie =
       Chunk("00dc", Jpeg(1)) + Chunk("00dc", "") + Chunk("JUNK", "xyz") + Chunk("00db", Jpeg(2));
   auto avi =
-      AviReader::Open(Written(Riff(Head("MJPG") + Chunk("LIST", "movi" + movie))), kMaxBytes);
-  ASSERT_TRUE(avi);
-  EXPECT_EQ(avi->width_px(), 64);
-  EXPECT_EQ(avi->height_px(), 48);
+      Must(AviReader::Open(Written(Riff(Head("MJPG") + Chunk("LIST", "movi" + movie))), kMaxBytes));
+  EXPECT_EQ(avi.width_px(), 64);
+  EXPECT_EQ(avi.height_px(), 48);
   AviFrame frame;
-  ASSERT_EQ(avi->Next(frame).value_or(false), true);
+  ASSERT_EQ(avi.Next(frame).value_or(false), true);
   EXPECT_DOUBLE_EQ(frame.time_s.value_or(-1), 0);
-  ASSERT_EQ(avi->Next(frame).value_or(false), true);
+  ASSERT_EQ(avi.Next(frame).value_or(false), true);
   constexpr double kPeriod_s = 2.0 / 50;
   EXPECT_DOUBLE_EQ(frame.time_s.value_or(-1), 2 * kPeriod_s) << "an empty chunk took one";
-  EXPECT_EQ(avi->Next(frame).value_or(true), false);
+  EXPECT_EQ(avi.Next(frame).value_or(true), false);
 }
 
 TEST_F(AviReaderTest, ReadsListsWithinListsAndFurtherSegments) {
@@ -155,11 +155,10 @@ TEST_F(AviReaderTest, ReadsFramesBeyondThreeGigabytes) {
   const auto end = std::filesystem::file_size(path) + kHole;
   std::filesystem::resize_file(path, end);  // takes no room on the disk
   std::ofstream(path, std::ios::binary | std::ios::app) << last;
-  auto avi = AviReader::Open(path, kMaxBytes);
-  ASSERT_TRUE(avi);
+  auto avi = Must(AviReader::Open(path, kMaxBytes));
   AviFrame frame;
-  ASSERT_TRUE(avi->Next(frame));
-  ASSERT_EQ(avi->Next(frame).value_or(false), true);
+  ASSERT_TRUE(avi.Next(frame));
+  ASSERT_EQ(avi.Next(frame).value_or(false), true);
   EXPECT_EQ(std::string(frame.bytes.begin(), frame.bytes.end()), Jpeg(2));
 }
 

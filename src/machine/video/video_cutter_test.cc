@@ -14,14 +14,12 @@
 #include "base/frame.h"
 #include "machine/video/video_file.h"
 #include "machine/video/video_writer.h"
+#include "support/matchers.h"
 #include "support/temporary_folder.h"
 #include "support/test_pictures.h"
 
 namespace trammel::machine {
 namespace {
-
-using ::testing::AllOf;
-using ::testing::HasSubstr;
 
 constexpr int kWidth = 320;
 constexpr int kHeight = 200;
@@ -32,17 +30,16 @@ class VideoCutterTest : public testing::Test {
   VideoCutterTest() { Record(video(), 9); }
 
   static void Record(const std::filesystem::path& path, int frames) {
-    auto writer = VideoWriter::Create(path, 25);
-    ASSERT_TRUE(writer) << writer.error().message;
+    auto writer = Must(VideoWriter::Create(path, 25));
     for (int i = 0; i < frames; ++i) {
       const std::string jpeg = test::JpegOf(test::TestPicture(kWidth, kHeight, 5 * i));
       CapturedFrame frame;
       frame.image.assign(jpeg.begin(), jpeg.end());
       frame.width_px = kWidth;
       frame.height_px = kHeight;
-      ASSERT_TRUE(writer->Add(frame));
+      ASSERT_TRUE(writer.Add(frame));
     }
-    ASSERT_TRUE(writer->Finish());
+    ASSERT_TRUE(writer.Finish());
   }
   /// The part in every frame, one after the other; the error's message behind, if any.
   static std::pair<std::vector<Frame>, std::string> ReadParts(const std::filesystem::path& path,
@@ -78,20 +75,18 @@ TEST_F(VideoCutterTest, KeepsThePartToTheBitAndSomeFramesWhole) {
   const auto [before, fault] = ReadParts(video());
   ASSERT_EQ(fault, "");
   const auto bytes = std::filesystem::file_size(video());
-  auto cut = CutVideo::Write(video(), {kPart, 4, 25}, {});
-  ASSERT_TRUE(cut) << cut.error().message;
+  auto cut = Must(CutVideo::Write(video(), {kPart, 4, 25}, {}));
   EXPECT_EQ(std::filesystem::file_size(video()), bytes);
-  ExpectSame(ReadParts(cut->path()).first, before);
-  ASSERT_TRUE(cut->TakePlace());
+  ExpectSame(ReadParts(cut.path()).first, before);
+  ASSERT_TRUE(cut.TakePlace());
   ExpectSame(ReadParts(video()).first, before);
   EXPECT_LT(std::filesystem::file_size(video()), bytes / 2);
 
-  auto read = VideoFile::Open(video());
-  ASSERT_TRUE(read);
+  auto read = Must(VideoFile::Open(video()));
   for (int i = 0; i < 9; ++i) {
-    ASSERT_EQ(read->Advance().value_or(false), true);
-    EXPECT_EQ(std::pair(read->width_px(), read->height_px()), std::pair(kWidth, kHeight));
-    const PixelRect held = read->readable();
+    ASSERT_EQ(read.Advance().value_or(false), true);
+    EXPECT_EQ(std::pair(read.width_px(), read.height_px()), std::pair(kWidth, kHeight));
+    const PixelRect held = read.readable();
     EXPECT_TRUE(Contains(held, kPart));
     EXPECT_EQ(held.width == kWidth && held.height == kHeight, i % 4 == 0) << i;
   }
@@ -102,8 +97,7 @@ TEST_F(VideoCutterTest, PixelsOutsideOfTheCutAreRefusedByName) {
   ASSERT_TRUE(cut && cut->TakePlace());
   const auto [frames, message] = ReadParts(video(), {60, 60, 45, 50});
   EXPECT_EQ(frames.size(), 1U);  // the whole one
-  EXPECT_THAT(message, AllOf(HasSubstr("line0.avi"), HasSubstr("frame 2 was cut"),
-                             HasSubstr("45x50 at (60, 60)")));
+  EXPECT_THAT(message, Containing("line0.avi", "frame 2 was cut", "45x50 at (60, 60)"));
   auto whole = VideoFile::Open(video());
   ASSERT_TRUE(whole && whole->Next());
   EXPECT_FALSE(whole->Next());
@@ -115,9 +109,8 @@ TEST_F(VideoCutterTest, LeavesTheVideoAsItIsWhereItIsDroppedStoppedOrFindsDamage
   { EXPECT_TRUE(CutVideo::Write(video(), {kPart, 4, 25}, {})); }
   std::stop_source stopped;
   stopped.request_stop();
-  const auto none = CutVideo::Write(video(), {kPart, 4, 25}, stopped.get_token());
-  ASSERT_FALSE(none);
-  EXPECT_EQ(none.error().kind, ErrorKind::kInterrupted);
+  EXPECT_THAT(CutVideo::Write(video(), {kPart, 4, 25}, stopped.get_token()),
+              FailsWith(ErrorKind::kInterrupted));
   EXPECT_EQ(std::filesystem::file_size(video()), bytes);
   std::filesystem::resize_file(video(), bytes / 2);
   EXPECT_FALSE(CutVideo::Write(video(), {kPart, 4, 25}, {}));

@@ -13,15 +13,14 @@
 #include <vector>
 
 #include "machine/video/video_file.h"
+#include "support/matchers.h"
 #include "support/temporary_folder.h"
 #include "support/test_pictures.h"
 
 namespace trammel::machine {
 namespace {
 
-using ::testing::AllOf;
 using ::testing::ElementsAre;
-using ::testing::HasSubstr;
 
 CapturedFrame FrameOf(int phase, int width = 64, int height = 48) {
   const std::string jpeg = test::JpegOf(test::TestPicture(width, height, phase));
@@ -64,26 +63,24 @@ class VideoWriterTest : public testing::Test {
 };
 
 TEST_F(VideoWriterTest, GivesBackPicturesByteForByteAndTimes) {
-  auto writer = VideoWriter::Create(At("a.avi"));
-  ASSERT_TRUE(writer) << writer.error().message;
+  auto writer = Must(VideoWriter::Create(At("a.avi")));
   for (int i = 0; i < 7; ++i) {
     CapturedFrame frame = FrameOf(i);
     if (i == 3) frame.fault = FrameFault::kCutOff;
     if (i == 4) frame.sequence = 17;
-    ASSERT_TRUE(writer->Add(frame));
+    ASSERT_TRUE(writer.Add(frame));
   }
-  EXPECT_EQ(writer->frames(), 6);
-  ASSERT_TRUE(writer->Finish());
+  EXPECT_EQ(writer.frames(), 6);
+  ASSERT_TRUE(writer.Finish());
   EXPECT_EQ(Decodable(At("a.avi")), (std::pair<std::size_t, std::string>{6, ""}));
 
-  auto source = OpenCamera(At("a.avi"));
-  ASSERT_TRUE(source) << source.error().message;
+  auto source = Must(OpenCamera(At("a.avi")));
   for (const int i : {0, 1, 2, 4, 5, 6}) {
-    const auto frame = (*source)->Next(1, {});
+    const auto frame = source->Next(1, {});
     ASSERT_TRUE(frame && *frame);
     EXPECT_EQ((*frame)->image, FrameOf(i).image) << i;
   }
-  EXPECT_FALSE(*(*source)->Next(1, {}));
+  EXPECT_FALSE(*source->Next(1, {}));
 
   EXPECT_THAT(TimesOf(At("a.avi")), ElementsAre("0 100.000000 50.000000 camera - - - none",
                                                 "1 100.033333 50.033333 camera - - - none",
@@ -130,10 +127,9 @@ TEST_F(VideoWriterTest, IsReadableWhereverItsEndIsMissing) {
   std::size_t header = 0;
   std::size_t one = 0;
   {
-    auto writer = VideoWriter::Create(At("a.avi"));
-    ASSERT_TRUE(writer);
+    auto writer = Must(VideoWriter::Create(At("a.avi")));
     for (int i = 0; i < 3; ++i) {
-      ASSERT_TRUE(writer->Add(FrameOf(0)));
+      ASSERT_TRUE(writer.Add(FrameOf(0)));
       if (i == 0) one = std::filesystem::file_size(At("a.avi"));
     }
     const std::size_t all = std::filesystem::file_size(At("a.avi"));
@@ -182,23 +178,16 @@ TEST_F(VideoWriterTest, SaysWhatIsSafeWhenTheDiskIsFull) {
 }
 
 TEST_F(VideoWriterTest, RefusesWhatDoesNotFit) {
-  const auto nowhere = VideoWriter::Create(At("none/a.avi"));
-  ASSERT_FALSE(nowhere);
-  EXPECT_THAT(nowhere.error().message, HasSubstr("none/a.avi"));
-  auto writer = VideoWriter::Create(At("a.avi"));
-  ASSERT_TRUE(writer);
-  const auto twice = VideoWriter::Create(At("a.avi"));
-  ASSERT_FALSE(twice);
-  EXPECT_THAT(twice.error().message, HasSubstr("exists already"));
-  ASSERT_TRUE(writer->Add(FrameOf(0)));
-  const auto other = writer->Add(FrameOf(0, 32, 24));
-  ASSERT_FALSE(other);
-  EXPECT_THAT(other.error().message, AllOf(HasSubstr("32x24"), HasSubstr("64x48")));
+  EXPECT_THAT(VideoWriter::Create(At("none/a.avi")), FailsWith("none/a.avi"));
+  auto writer = Must(VideoWriter::Create(At("a.avi")));
+  EXPECT_THAT(VideoWriter::Create(At("a.avi")), FailsWith("exists already"));
+  ASSERT_TRUE(writer.Add(FrameOf(0)));
+  EXPECT_THAT(writer.Add(FrameOf(0, 32, 24)), FailsWith("32x24", "64x48"));
   CapturedFrame png = FrameOf(0);
   png.image[0] = 0x89;
-  EXPECT_FALSE(writer->Add(png));
-  ASSERT_TRUE(writer->Add(FrameOf(1)));
-  ASSERT_TRUE(writer->Finish());
+  EXPECT_FALSE(writer.Add(png));
+  ASSERT_TRUE(writer.Add(FrameOf(1)));
+  ASSERT_TRUE(writer.Finish());
   EXPECT_EQ(Decodable(At("a.avi")).first, 2);
 }
 

@@ -6,6 +6,8 @@
 #include <cmath>
 #include <limits>
 
+#include "support/matchers.h"
+
 namespace trammel::part_alignment {
 namespace {
 
@@ -24,16 +26,15 @@ BudgetScene Laboratory() {
 
 TEST(Budget, TermsAreWhatTheirFormulasSay) {
   Random random(81);
-  const auto budget = MakeBudget(Laboratory(), 0, random);
-  ASSERT_TRUE(budget) << budget.error().message;
+  const auto budget = Must(MakeBudget(Laboratory(), 0, random));
   // 11e-6 · 1500 mm · 1 K / sqrt(3), as Table 4 of the literature has it: 9.5, 6.4, 3.2 µm.
-  EXPECT_NEAR(budget->axes[0].u_it_mm, 0.009526, 1e-6);
-  EXPECT_NEAR(budget->axes[1].u_it_mm, 0.006351, 1e-6);
-  EXPECT_NEAR(budget->axes[2].u_it_mm, 0.003175, 1e-6);
+  EXPECT_NEAR(budget.axes[0].u_it_mm, 0.009526, 1e-6);
+  EXPECT_NEAR(budget.axes[1].u_it_mm, 0.006351, 1e-6);
+  EXPECT_NEAR(budget.axes[2].u_it_mm, 0.003175, 1e-6);
   // (50 µm + 20 µm/m · L) / sqrt(3).
-  EXPECT_NEAR(budget->axes[0].u_out_mm, 0.080 / std::sqrt(3), 1e-9);
-  EXPECT_NEAR(budget->axes[2].u_out_mm, 0.060 / std::sqrt(3), 1e-9);
-  const AxisBudget& x = budget->axes[0];
+  EXPECT_NEAR(budget.axes[0].u_out_mm, 0.080 / std::sqrt(3), 1e-9);
+  EXPECT_NEAR(budget.axes[2].u_out_mm, 0.060 / std::sqrt(3), 1e-9);
+  const AxisBudget& x = budget.axes[0];
   EXPECT_NEAR(x.expanded_mm, 2 * std::hypot(x.u_out_mm, x.u_ip_mm, x.u_it_mm), 1e-15);
 }
 
@@ -61,9 +62,8 @@ TEST(Budget, SimulationAndLinearSumAgree) {
   constexpr int kTrials = 40'000;
   const std::uint64_t seed = 82;
   Random random(seed);
-  const auto budget = MakeBudget(scene, kTrials, random);
-  ASSERT_TRUE(budget);
-  for (const AxisBudget& axis : budget->axes) {
+  const auto budget = Must(MakeBudget(scene, kTrials, random));
+  for (const AxisBudget& axis : budget.axes) {
     // Standard deviation of a standard deviation: 1 / sqrt(2 n); five of them.
     EXPECT_NEAR(axis.simulated_mm / axis.combined_mm, 1, 5 / std::sqrt(2.0 * kTrials)) << seed;
     // With a rectangular share, 95 % ends below 1.96 sigma, and k = 2 always covers it.
@@ -77,10 +77,9 @@ TEST(Budget, FewRepeatsWidenTheCoverageFactor) {
   scene.out_sigma_mm = Vector3d(1e-9, 1e-9, 1e-9);
   scene.temperature_half_width_k = 0;
   Random random(83);
-  const auto few = MakeBudget(scene, 0, random);
-  ASSERT_TRUE(few);
-  EXPECT_NEAR(few->axes[2].degrees_of_freedom, 9, 1e-6);
-  EXPECT_NEAR(few->axes[2].coverage_factor, 2.262, 1e-3) << "Student's t, tabulated";
+  const auto few = Must(MakeBudget(scene, 0, random));
+  EXPECT_NEAR(few.axes[2].degrees_of_freedom, 9, 1e-6);
+  EXPECT_NEAR(few.axes[2].coverage_factor, 2.262, 1e-3) << "Student's t, tabulated";
   scene.repeats = 0;
   EXPECT_NEAR(MakeBudget(scene, 0, random)->axes[2].coverage_factor, 1.960, 1e-3);
 }
@@ -88,9 +87,7 @@ TEST(Budget, FewRepeatsWidenTheCoverageFactor) {
 TEST(Budget, WhatCannotBeIsNamed) {
   Random random(84);
   const auto complaint = [&](const BudgetScene& scene, int trials = 0) {
-    const auto budget = MakeBudget(scene, trials, random);
-    EXPECT_FALSE(budget);
-    return budget ? "" : budget.error().message;
+    return ErrorOf(MakeBudget(scene, trials, random));
   };
   BudgetScene scene = Laboratory();
   scene.targets_mm.resize(2);
@@ -111,12 +108,11 @@ TEST(Budget, WhatCannotBeIsNamed) {
 
 TEST(LengthErrors, AreJudgedAgainstTheLimitOfTheirLength) {
   const std::vector<MeasuredLength> lengths = {{500, 500.05}, {1000, 999.93}, {1500, 1500.08}};
-  const auto judged = JudgeLengths(lengths, 0.05, 20e-6);
-  ASSERT_TRUE(judged);
-  EXPECT_NEAR(judged->largest_mm, 0.08, 1e-9);
-  EXPECT_EQ(judged->worst, 2U);
-  EXPECT_TRUE(judged->within) << "0.06, 0.07 and 0.08 mm are allowed";
-  EXPECT_THAT(judged->notices, Each(HasSubstr("2634")));
+  const auto judged = Must(JudgeLengths(lengths, 0.05, 20e-6));
+  EXPECT_NEAR(judged.largest_mm, 0.08, 1e-9);
+  EXPECT_EQ(judged.worst, 2U);
+  EXPECT_TRUE(judged.within) << "0.06, 0.07 and 0.08 mm are allowed";
+  EXPECT_THAT(judged.notices, Each(HasSubstr("2634")));
   EXPECT_FALSE(JudgeLengths(lengths, 0.05, 10e-6)->within);
   EXPECT_FALSE(JudgeLengths({}, 0.05, 0));
 }

@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "part_alignment/camera/camera.h"
+#include "support/matchers.h"
 
 namespace trammel::part_alignment {
 namespace {
@@ -45,16 +46,14 @@ const Seen kSeenByOpenCv[] = {{{0, 0, 500}, {642.5, 355.75}},
                               {{250, 140, 700}, {1155.094920875918, 643.153829035147}}};
 
 TEST(CameraConvert, AnOpenCvCameraSeesWhatOpenCvSees) {
-  const auto converted = FromOpenCv(SomeCamera(), kPitch_mm, {});
-  ASSERT_TRUE(converted) << converted.error().message;
-  EXPECT_LT(converted->largest_error_px, kSamePx);
+  const auto converted = Must(FromOpenCv(SomeCamera(), kPitch_mm, {}));
+  EXPECT_LT(converted.largest_error_px, kSamePx);
   for (const Seen& seen : kSeenByOpenCv) {
-    const auto pixel = Project(converted->camera, seen.camera_mm);
-    ASSERT_TRUE(pixel);
-    EXPECT_NEAR(pixel->x(), seen.pixel.x(), kSamePx);
-    EXPECT_NEAR(pixel->y(), seen.pixel.y(), kSamePx);
+    const auto pixel = Must(Project(converted.camera, seen.camera_mm));
+    EXPECT_NEAR(pixel.x(), seen.pixel.x(), kSamePx);
+    EXPECT_NEAR(pixel.y(), seen.pixel.y(), kSamePx);
   }
-  EXPECT_FALSE(Project(converted->camera, {0, 0, -500})) << "OpenCV's cameras look along +z";
+  EXPECT_FALSE(Project(converted.camera, {0, 0, -500})) << "OpenCV's cameras look along +z";
 }
 
 // Rational lenses of eight coefficients (mrcal's LENSMODEL_OPENCV8) have no exact counterpart.
@@ -68,19 +67,16 @@ TEST(CameraConvert, EightCoefficientsAreFittedAndTheErrorIsSaid) {
                         {{-190, 110, 433}, {29.379397006675, 711.045879481988}}};
   ConvertOptions options;
   options.max_error_px = 0.02;
-  const auto converted = FromOpenCv(camera, kPitch_mm, options);
-  ASSERT_TRUE(converted) << converted.error().message;
-  EXPECT_GT(converted->largest_error_px, 0);
+  const auto converted = Must(FromOpenCv(camera, kPitch_mm, options));
+  EXPECT_GT(converted.largest_error_px, 0);
   for (const Seen& seen : apart) {
     EXPECT_LE((*ProjectOpenCv(camera, seen.camera_mm) - seen.pixel).norm(), kSamePx);
     // Between the observations of the fit it may be a little worse than on them.
-    EXPECT_LE((*Project(converted->camera, seen.camera_mm) - seen.pixel).norm(),
-              1.1 * converted->largest_error_px + kSamePx);
+    EXPECT_LE((*Project(converted.camera, seen.camera_mm) - seen.pixel).norm(),
+              1.1 * converted.largest_error_px + kSamePx);
   }
   camera.k3 = 0.9;
-  const auto far = FromOpenCv(camera, kPitch_mm, options);
-  ASSERT_FALSE(far);
-  EXPECT_THAT(far.error().message, HasSubstr("off by up to"));
+  EXPECT_THAT(FromOpenCv(camera, kPitch_mm, options), FailsWith("off by up to"));
 }
 
 TEST(CameraConvert, TheOtherDirectionIsFittedAndComesBack) {
@@ -88,27 +84,23 @@ TEST(CameraConvert, TheOtherDirectionIsFittedAndComesBack) {
   options.convention = CameraConvention::kBrownIdealToDistorted;
   options.max_error_px = 2;
   const Camera camera = TableOneCamera();
-  const auto other = ConvertConvention(camera, options);
-  ASSERT_TRUE(other) << other.error().message;
-  EXPECT_EQ(other->camera.convention, CameraConvention::kBrownIdealToDistorted);
-  EXPECT_EQ(other->camera.taper_from_camera.angles_rad, camera.taper_from_camera.angles_rad);
-  std::cout << "Table 1 turned round: " << other->largest_error_px << " px at most, "
-            << other->rms_error_px << " px root mean square\n";
+  const auto other = Must(ConvertConvention(camera, options));
+  EXPECT_EQ(other.camera.convention, CameraConvention::kBrownIdealToDistorted);
+  EXPECT_EQ(other.camera.taper_from_camera.angles_rad, camera.taper_from_camera.angles_rad);
+  std::cout << "Table 1 turned round: " << other.largest_error_px << " px at most, "
+            << other.rms_error_px << " px root mean square\n";
   const Vector3d seen_mm(60, -45, -300);
-  EXPECT_LE((*Project(other->camera, seen_mm) - *Project(camera, seen_mm)).norm(),
-            1.1 * other->largest_error_px);
+  EXPECT_LE((*Project(other.camera, seen_mm) - *Project(camera, seen_mm)).norm(),
+            1.1 * other.largest_error_px);
   options.convention = CameraConvention::kBrownMeasuredToIdeal;
-  const auto back = ConvertConvention(other->camera, options);
-  ASSERT_TRUE(back) << back.error().message;
-  EXPECT_LE((*Project(back->camera, seen_mm) - *Project(camera, seen_mm)).norm(),
-            1.1 * (other->largest_error_px + back->largest_error_px));
+  const auto back = Must(ConvertConvention(other.camera, options));
+  EXPECT_LE((*Project(back.camera, seen_mm) - *Project(camera, seen_mm)).norm(),
+            1.1 * (other.largest_error_px + back.largest_error_px));
 }
 
 TEST(CameraConvert, WhatIsNoCameraIsNamed) {
   const auto complaint = [](const OpenCvCamera& camera, double pitch_mm = kPitch_mm) {
-    const auto converted = FromOpenCv(camera, pitch_mm, {});
-    EXPECT_FALSE(converted);
-    return converted ? "" : converted.error().message;
+    return ErrorOf(FromOpenCv(camera, pitch_mm, {}));
   };
   OpenCvCamera camera = SomeCamera();
   camera.fy_px *= 1.02;
@@ -134,12 +126,11 @@ TEST(CameraParameters, DerivativesAgreeWithDifferences) {
        {CameraConvention::kBrownMeasuredToIdeal, CameraConvention::kBrownIdealToDistorted}) {
     Camera camera = TableOneCamera();
     camera.convention = convention;
-    const auto at = ProjectFromTaper(camera, taper_mm);
-    ASSERT_TRUE(at);
+    const auto at = Must(ProjectFromTaper(camera, taper_mm));
     const CameraVector parameters = ParametersOf(camera);
     for (int i = 0; i < kCameraParameters; ++i) {
       // A step that moves the picture by 0.01 px: its square is 1e-7 of it in the worst lens here.
-      const double step = 0.01 / at->by_parameter.col(i).norm();
+      const double step = 0.01 / at.by_parameter.col(i).norm();
       CameraVector more = parameters;
       CameraVector less = parameters;
       more[i] += step;
@@ -147,7 +138,7 @@ TEST(CameraParameters, DerivativesAgreeWithDifferences) {
       const Vector2d slope = (ProjectFromTaper(WithParameters(camera, more), taper_mm)->pixel -
                               ProjectFromTaper(WithParameters(camera, less), taper_mm)->pixel) /
                              (2 * step);
-      EXPECT_LT((slope - at->by_parameter.col(i)).norm(), 1e-7 * at->by_parameter.col(i).norm())
+      EXPECT_LT((slope - at.by_parameter.col(i)).norm(), 1e-7 * at.by_parameter.col(i).norm())
           << kCameraParameterNames[static_cast<std::size_t>(i)];
     }
   }

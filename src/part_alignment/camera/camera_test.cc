@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "base/random.h"
+#include "support/matchers.h"
 
 namespace trammel::part_alignment {
 namespace {
@@ -41,10 +42,9 @@ Camera OpenCvs() {
 }
 
 void ExpectPixel(const Camera& camera, const Vector3d& point, double column_px, double row_px) {
-  const auto pixel = Project(camera, point);
-  ASSERT_TRUE(pixel);
-  EXPECT_NEAR(pixel->x(), column_px, kPrinted_px);
-  EXPECT_NEAR(pixel->y(), row_px, kPrinted_px);
+  const auto pixel = Must(Project(camera, point));
+  EXPECT_NEAR(pixel.x(), column_px, kPrinted_px);
+  EXPECT_NEAR(pixel.y(), row_px, kPrinted_px);
 }
 
 // The numbers come from a program of its own (numpy, fixed-point inversion) written from the paper:
@@ -101,16 +101,15 @@ TEST(Camera, DerivativesAreThoseOfFiniteDifferences) {
   for (const Camera& camera : {TableOne(), OpenCvs()}) {
     for (const Vector3d& point :
          {Vector3d(40, -25, -150), Vector3d(-60, 45, -200), Vector3d(1, 2, -300)}) {
-      const auto projection = ProjectWithDerivative(camera, point);
-      ASSERT_TRUE(projection);
+      const auto projection = Must(ProjectWithDerivative(camera, point));
       for (int i = 0; i < 3; ++i) {
         // Fourth order: (8 (f(h) - f(-h)) - (f(2h) - f(-2h))) / 12 h.
         const auto at = [&](double steps) {
           return *Project(camera, point + steps * kStep_mm * Vector3d::Unit(i));
         };
         const Vector2d numeric = (8 * (at(1) - at(-1)) - (at(2) - at(-2))) / (12 * kStep_mm);
-        EXPECT_LT((projection->by_point.col(i) - numeric).norm(),
-                  kRelative * projection->by_point.norm());
+        EXPECT_LT((projection.by_point.col(i) - numeric).norm(),
+                  kRelative * projection.by_point.norm());
       }
       const auto with_focal = [&](double steps) {
         Camera changed = camera;
@@ -120,8 +119,8 @@ TEST(Camera, DerivativesAreThoseOfFiniteDifferences) {
       const Vector2d numeric =
           (8 * (with_focal(1) - with_focal(-1)) - (with_focal(2) - with_focal(-2))) /
           (12 * kStep_mm);
-      EXPECT_LT((projection->by_focal_length - numeric).norm(),
-                kRelative * projection->by_focal_length.norm());
+      EXPECT_LT((projection.by_focal_length - numeric).norm(),
+                kRelative * projection.by_focal_length.norm());
     }
   }
 }

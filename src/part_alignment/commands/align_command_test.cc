@@ -12,6 +12,7 @@
 #include "part_alignment/files/alignment_file.h"
 #include "part_alignment/pose/alignment_test_support.h"
 #include "part_alignment/pose/alignment_world_test_support.h"
+#include "support/matchers.h"
 #include "support/run_trammel.h"
 
 namespace trammel {
@@ -58,8 +59,7 @@ class AlignCommand : public testing::Test {
 };
 
 TEST_F(AlignCommand, SolvePrintsWhereThePartIs) {
-  const CommandResult solved = Align("solve seen.json");
-  ASSERT_EQ(solved.exit_code, 0) << solved.output;
+  const auto solved = Must(Align("solve seen.json"));
   const json result = json::parse(solved.standard_output);
   EXPECT_EQ(result["verdict"], "good");
   const geometry::Pose& truth = world_.machine_from_part;
@@ -76,7 +76,7 @@ TEST_F(AlignCommand, SolvePrintsWhereThePartIs) {
   EXPECT_EQ(result["covariance"][6].size(), 7U);
   EXPECT_EQ(result["residuals"].size(), 8U);
   EXPECT_TRUE(result["clamp_tilt_rad"].is_null());
-  EXPECT_THAT(solved.standard_error, AllOf(HasSubstr("verdict    good"), HasSubstr("gamma")));
+  EXPECT_THAT(solved.standard_error, Containing("verdict    good", "gamma"));
 }
 
 TEST_F(AlignCommand, ATerminalGetsTheTextAndWhereTheJsonIsInPlaceOfTheJson) {
@@ -87,9 +87,8 @@ TEST_F(AlignCommand, ATerminalGetsTheTextAndWhereTheJsonIsInPlaceOfTheJson) {
     EXPECT_EQ(std::system(run.c_str()), 0);
     return test::ReadWhole(folder_.path() / "shown");
   };
-  EXPECT_THAT(shown("--out kept.json"),
-              AllOf(HasSubstr("verdict "), HasSubstr("gamma"), HasSubstr("JSON       in kept.json"),
-                    Not(HasSubstr("\"verdict\""))));
+  EXPECT_THAT(shown("--out kept.json"), Containing("verdict ", "gamma", "JSON       in kept.json",
+                                                   Not(HasSubstr("\"verdict\""))));
   EXPECT_THAT(shown(""), HasSubstr("JSON       with --json"));
   EXPECT_THAT(shown("--json"), HasSubstr("\"verdict\": \"good\""));
 }
@@ -106,8 +105,7 @@ TEST_F(AlignCommand, UnknownsOfTheCommandLineReplaceTheFiles) {
 
 TEST_F(AlignCommand, ASimulationStandsBesideWhatIsStated) {
   constexpr double kAgreement = 0.08;  // 4000 trials are good to 1.1 %
-  const CommandResult solved = Align("solve seen.json --trials 4000 --seed 7");
-  ASSERT_EQ(solved.exit_code, 0) << solved.output;
+  const auto solved = Must(Align("solve seen.json --trials 4000 --seed 7"));
   const json result = json::parse(solved.standard_output);
   const json& simulated = result["simulated"];
   EXPECT_EQ(simulated["trials"], 4000);
@@ -123,9 +121,8 @@ TEST_F(AlignCommand, ASimulationStandsBesideWhatIsStated) {
   EXPECT_TRUE(json::parse(Align("solve seen.json").standard_output)["simulated"].is_null());
   for (const std::string option : {"--trials 5", "--trials -1", "--trials many", "--seed -1",
                                    "--seed 1e3", "--seed 18446744073709551616"}) {
-    const CommandResult refused = Align("solve seen.json " + option);
-    EXPECT_EQ(refused.exit_code, 1) << option;
-    EXPECT_THAT(refused.standard_error, HasSubstr(option.substr(0, option.find(' '))));
+    EXPECT_THAT(Align("solve seen.json " + option), Fails(1, option.substr(0, option.find(' '))))
+        << option;
   }
 }
 
@@ -143,11 +140,8 @@ TEST_F(AlignCommand, UncertaintiesThatAreNotLinearAreSaidToBe) {
 
 TEST_F(AlignCommand, ASimulationThatCannotBeLeavesTheAnswer) {
   const auto slip = [](json& seen) { seen["input_uncertainty"]["clamp_eccentricity_mm"] = 1000; };
-  const CommandResult answered = SolveChanged(slip);
-  EXPECT_EQ(answered.exit_code, 0);
-  EXPECT_THAT(answered.standard_error, HasSubstr("leaves the part's place uncertain"));
-  const CommandResult simulated = Align("solve changed.json --trials 100");
-  EXPECT_EQ(simulated.exit_code, 0);
+  EXPECT_THAT(SolveChanged(slip), Notes("leaves the part's place uncertain"));
+  const auto simulated = Must(Align("solve changed.json --trials 100"));
   const json result = json::parse(simulated.standard_output);
   EXPECT_TRUE(result["simulated"].is_null());
   EXPECT_THAT(result["notices"].dump(), HasSubstr("no simulation: only"));
@@ -157,13 +151,9 @@ TEST_F(AlignCommand, WhatIsThereAlreadyIsOverwrittenByForceOnly) {
   const std::string plan =
       "plan seen.json --rough 812,430,-655 --travel -3000,-3000,-3000,3000,3000,3000 ";
   for (const std::string& command : {std::string("solve seen.json "), plan}) {
-    const CommandResult refused = Align(command + "--out seen.json");
-    EXPECT_EQ(refused.exit_code, 1);
-    EXPECT_THAT(refused.standard_error, HasSubstr("--force"));
+    EXPECT_THAT(Align(command + "--out seen.json"), Fails(1, "--force"));
     const std::string out = "--out of-" + command.substr(0, 4) + ".json";
-    const CommandResult done = Align(command + out);
-    EXPECT_EQ(done.exit_code, 0);
-    EXPECT_THAT(done.standard_error, HasSubstr("\nnext       "));
+    EXPECT_THAT(Align(command + out), Notes("\nnext       "));
     EXPECT_EQ(Align(command + out).exit_code, 1);
     EXPECT_EQ(Align(command + out + " --force").exit_code, 0);
   }
@@ -194,9 +184,8 @@ TEST_F(AlignCommand, BadObservationsAreNamedAndExitWithOne) {
 }
 
 TEST_F(AlignCommand, KeepsItsAnswerAsEveryInstrumentDoesAndCorrectsByIt) {
-  const CommandResult solved = Align("solve seen.json --out printed.json --result kept.json");
-  ASSERT_EQ(solved.exit_code, 0);
-  EXPECT_THAT(solved.standard_error, HasSubstr("trammel align correct kept.json\n"));
+  ASSERT_THAT(Align("solve seen.json --out printed.json --result kept.json"),
+              Notes("trammel align correct kept.json\n"));
   const json kept = json::parse(test::ReadWhole(folder_.path() / "kept.json"));
   const json printed = json::parse(test::ReadWhole(folder_.path() / "printed.json"));
   EXPECT_EQ(kept["instrument"], "part_alignment");
@@ -230,8 +219,7 @@ TEST_F(AlignCommand, CorrectsByNoKeptAnswerThatIsNotGoodOrNotItsOwn) {
                        {"verdict", "cannot_tell"},
                        {"reason", "one height only"}};
   CommandResult refused = corrected(bad);
-  EXPECT_EQ(refused.exit_code, 2);
-  EXPECT_THAT(refused.standard_error, HasSubstr("cannot_tell: one height only"));
+  EXPECT_THAT(refused, Fails(2, "cannot_tell: one height only"));
   bad = kept;
   bad["answers"][0]["unit"] = "m";
   EXPECT_THAT(corrected(bad).standard_error, HasSubstr("holds no part_x in mm"));
@@ -251,10 +239,8 @@ TEST_F(AlignCommand, APlanThatDoesNotReachItsGoalWritesNothing) {
   const std::string plan =
       "plan seen.json --rough 812,430,-655 --travel -3000,-3000,-3000,3000,3000,3000 --out "
       "plan.json ";
-  const CommandResult short_of = Align(plan + "--most-views 8 --goal 0.0001");
-  EXPECT_EQ(short_of.exit_code, 2) << short_of.output;
-  EXPECT_THAT(short_of.standard_error,
-              AllOf(HasSubstr("do not reach the goal"), HasSubstr("views tell 7 of 7 unknowns"),
+  EXPECT_THAT(Align(plan + "--most-views 8 --goal 0.0001"),
+              Fails(2, "do not reach the goal", "views tell 7 of 7 unknowns",
                     testing::Not(HasSubstr("not seen"))));
   EXPECT_FALSE(std::filesystem::exists(folder_.path() / "plan.json"));
   EXPECT_THAT(Align(plan + "-q --most-views 8 --goal 0.0001").standard_error,
@@ -269,17 +255,13 @@ TEST_F(AlignCommand, CorrectRefusesWhatItCannotDo) {
   EXPECT_EQ(Align("correct result.json --work-offset G60").exit_code, 1);
   EXPECT_EQ(Align("correct result.json --after-shims").exit_code, 1);
   EXPECT_EQ(Align("correct result.json --control siemens --write localhost").exit_code, 1);
-  const CommandResult elsewhere = Align("correct result.json --write 127.0.0.1:9");
-  EXPECT_EQ(elsewhere.exit_code, 1);
-  EXPECT_THAT(elsewhere.standard_error, AllOf(HasSubstr("127.0.0.1:9"), HasSubstr("session")));
+  EXPECT_THAT(Align("correct result.json --write 127.0.0.1:9"), Fails(1, "127.0.0.1:9", "session"));
   Write("supports.json", R"({"format": 1, "supports": [
     {"id": "a", "part_mm": [0, 0, 0], "direction": [0, 0, 0]}]})");
   EXPECT_THAT(Align("correct result.json --supports supports.json").standard_error,
               HasSubstr("supports[0].direction has no length"));
   Write("untold.json", R"({"format": 1, "verdict": "cannot_tell", "reason": "one view"})");
-  const CommandResult untold = Align("correct untold.json");
-  EXPECT_EQ(untold.exit_code, 2);
-  EXPECT_THAT(untold.standard_error, HasSubstr("cannot_tell: one view"));
+  EXPECT_THAT(Align("correct untold.json"), Fails(2, "cannot_tell: one view"));
 }
 
 }  // namespace

@@ -11,6 +11,7 @@
 #include <utility>
 #include <vector>
 
+#include "support/matchers.h"
 #include "support/run_trammel.h"
 
 namespace trammel {
@@ -19,7 +20,6 @@ namespace {
 namespace fs = std::filesystem;
 
 using nlohmann::json;
-using ::testing::AllOf;
 using ::testing::HasSubstr;
 
 class AlignExamples : public testing::Test {
@@ -72,8 +72,7 @@ void RunInOrder(const fs::path& page, const fs::path& folder, int least = 5) {
         if (name.starts_with("part_alignment-")) command.replace(at, kDated.size(), name);
       }
     }
-    const auto run = test::RunTrammel(command, folder);
-    EXPECT_EQ(run.exit_code, 0) << command << "\n" << run.output;
+    EXPECT_THAT(test::RunTrammel(command, folder), Ends(0)) << command;
     ++count;
   }
   EXPECT_GE(count, least) << page << " has lost its commands";
@@ -99,8 +98,7 @@ TEST_F(AlignExamples, InitPrintsTheCommandsOfTheManual) {
   });
   constexpr std::ptrdiff_t kAll = 7;  // including the shop's last one
   ASSERT_GE(commands.end() - init, kAll);
-  const auto begun = test::RunTrammel(*init, folder_.path());
-  ASSERT_EQ(begun.exit_code, 0) << begun.output;
+  const auto begun = Must(test::RunTrammel(*init, folder_.path()));
   for (auto command = init + 2; command < init + kAll; ++command) {
     EXPECT_THAT(begun.standard_output, HasSubstr("trammel " + *command + "\n"));
   }
@@ -114,8 +112,7 @@ TEST_F(AlignExamples, EveryCommandOfTheirPageRunsInItsOrder) {
   const std::vector<std::string> commands = CommandsOf(folder_.path() / "README.md");
   ASSERT_GE(commands.size(), 5U);
   for (const std::string& command : commands) {
-    const auto run = test::RunTrammel(command, folder_.path());
-    EXPECT_EQ(run.exit_code, 0) << command << "\n" << run.output;
+    EXPECT_THAT(test::RunTrammel(command, folder_.path()), Ends(0)) << command;
   }
   for (const char* left : {"calibration/residuals.png", "fit/stock-allowance.png",
                            "alignment/report.html", "alignment/view-08_residuals.png"}) {
@@ -125,13 +122,9 @@ TEST_F(AlignExamples, EveryCommandOfTheirPageRunsInItsOrder) {
 
 // All of the casting against the STL alone: it lies in more ways than one, whatever its unit.
 TEST_F(AlignExamples, AnStlAloneIsAPartWhoseUnitIsAsked) {
-  const auto bare = Align("fit points.csv --part part.stl");
-  EXPECT_EQ(bare.exit_code, 1);
-  EXPECT_THAT(bare.output, HasSubstr("--overstock MM"));
-  const auto mm = Align("fit points.csv --part part.stl --overstock 4");
-  EXPECT_EQ(mm.exit_code, 2) << mm.output;
-  EXPECT_THAT(mm.output, AllOf(HasSubstr("fit alike"), HasSubstr("180.0°"),
-                               HasSubstr("an STL states no unit")));
+  EXPECT_THAT(Align("fit points.csv --part part.stl"), Says(1, "--overstock MM"));
+  EXPECT_THAT(Align("fit points.csv --part part.stl --overstock 4"),
+              Says(2, "fit alike", "180.0°", "an STL states no unit"));
   const auto inch = Align("fit points.csv --part part.stl --overstock 4 --unit inch");
   EXPECT_EQ(inch.exit_code, 2);
   EXPECT_THAT(inch.output, HasSubstr("times too large, near 25.4, an inch in mm"));
@@ -142,11 +135,9 @@ TEST_F(AlignExamples, AnStlAloneIsAPartWhoseUnitIsAsked) {
 TEST_F(AlignExamples, TheChainEndsWhereThePartIsWithinWhatItStates) {
   ASSERT_EQ(Align("calibrate grid.json --out camera.json").exit_code, 0);
   ASSERT_EQ(Align("fit points.csv --part part.json --out targets.json").exit_code, 0);
-  const auto solved = Align("solve observations.json --result result.json");
-  ASSERT_EQ(solved.exit_code, 0) << solved.output;
-  const auto drawn =
-      test::RunTrammel("sim spindle --out shop --seed 11 --no-pictures", folder_.path());
-  ASSERT_EQ(drawn.exit_code, 0) << drawn.output;
+  ASSERT_THAT(Align("solve observations.json --result result.json"), Ends(0));
+  ASSERT_THAT(test::RunTrammel("sim spindle --out shop --seed 11 --no-pictures", folder_.path()),
+              Ends(0));
   const json truth = Read("shop/truth.json");
   const json result = Read("result.json")["details"];
   constexpr double kFactor = 2;  // one drawn part: each of six figures within k = 2
@@ -160,8 +151,8 @@ TEST_F(AlignExamples, TheChainEndsWhereThePartIsWithinWhatItStates) {
                 kFactor * double(sigma[name]))
         << name;
   }
-  const auto corrected = Align("correct result.json --supports supports.json --control linuxcnc");
-  EXPECT_THAT(corrected.output, AllOf(HasSubstr("shim"), HasSubstr("G10 L2 P1")));
+  EXPECT_THAT(Align("correct result.json --supports supports.json --control linuxcnc").output,
+              Containing("shim", "G10 L2 P1"));
 }
 
 }  // namespace

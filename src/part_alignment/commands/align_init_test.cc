@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "support/matchers.h"
 #include "support/run_trammel.h"
 #include "support/scripted_linuxcnc.h"
 
@@ -32,9 +33,8 @@ class AlignInit : public testing::Test {
  protected:
   // The camera and the targets that the virtual spindle states.
   void SetUp() override {
-    const CommandResult made =
-        test::RunTrammel("sim spindle --out shop --seed 11 --no-pictures", folder_.path());
-    ASSERT_EQ(made.exit_code, 0) << made.output;
+    ASSERT_THAT(test::RunTrammel("sim spindle --out shop --seed 11 --no-pictures", folder_.path()),
+                Ends(0));
     const json stated = json::parse(ReadWhole(At("shop/observations.json")));
     test::WriteWhole(At("camera.json"), json{{"format", 1}, {"camera", stated["camera"]}}.dump());
     WriteTargets(stated["targets"]);
@@ -80,23 +80,20 @@ TEST_F(AlignInit, LeadsFromNothingToTheOffsetByTheFiveCommandsThatItPrints) {
   ScriptedLinuxCnc server;
   server.SetHurry(50);
   const std::string address = "session:" + server.helper();
-  const CommandResult begun = Init(address, "--spindle locked");
-  ASSERT_EQ(begun.exit_code, 0) << begun.output;
+  const auto begun = Must(Init(address, "--spindle locked"));
   EXPECT_THAT(server.requests(),
               Each(AllOf(Not(HasSubstr("\"mdi\"")), Not(HasSubstr("\"take\"")))));
   const auto commands = CommandsOf(begun.standard_output);
   ASSERT_EQ(commands.size(), 5U) << begun.standard_output;
   // The shop takes its pictures where the plan says.
-  const CommandResult shop =
-      Run("sim spindle --out taken --seed 11 --plain-surface --views job/views.json");
-  ASSERT_EQ(shop.exit_code, 0) << shop.output;
+  ASSERT_THAT(Run("sim spindle --out taken --seed 11 --plain-surface --views job/views.json"),
+              Ends(0));
   fs::create_directory(At("pictures"));
   for (const fs::directory_entry& entry : fs::directory_iterator(At("taken"))) {
     if (entry.path().extension() == ".png") fs::copy(entry.path(), At("pictures"));
   }
   for (const std::string& command : commands) {
-    const CommandResult run = Run(command);
-    EXPECT_EQ(run.exit_code, 0) << command << "\n" << run.output;
+    EXPECT_THAT(Run(command), Ends(0)) << command;
   }
   const json truth = json::parse(ReadWhole(At("taken/truth.json")));
   // The clamping is 5 um beside the axis, which no residual shows.
@@ -111,9 +108,7 @@ TEST_F(AlignInit, LeadsFromNothingToTheOffsetByTheFiveCommandsThatItPrints) {
 TEST_F(AlignInit, WritesNothingOverWhatIsThere) {
   ASSERT_EQ(Init("none").exit_code, 0);
   const std::string before = ReadWhole(At("job/setup.json")) + ReadWhole(At("job/views.json"));
-  const CommandResult again = Init("none");
-  EXPECT_EQ(again.exit_code, 1) << again.output;
-  EXPECT_THAT(again.standard_error, AllOf(HasSubstr("setup.json"), HasSubstr("another folder")));
+  EXPECT_THAT(Init("none"), Fails(1, "setup.json", "another folder"));
   EXPECT_EQ(ReadWhole(At("job/setup.json")) + ReadWhole(At("job/views.json")), before);
 }
 
@@ -132,9 +127,7 @@ TEST_F(AlignInit, RefusesAnswersThatAreNone) {
     const std::string name = option.substr(0, option.find(' ') + 1);
     const std::size_t at = answers.find(name);
     if (at != std::string::npos) answers.erase(at, answers.find(" --", at) - at);
-    const CommandResult run = Run(answers + " " + option);
-    EXPECT_EQ(run.exit_code, 1) << option << run.output;
-    EXPECT_THAT(run.standard_error, HasSubstr(words)) << option;
+    EXPECT_THAT(Run(answers + " " + option), Fails(1, words)) << option;
     ExpectNothingWritten();
   }
 }
@@ -143,20 +136,14 @@ TEST_F(AlignInit, SaysThatNoViewFitsAndWhatToChange) {
   std::string answers = Answers("none");
   const std::string travel = kTravel;
   answers.replace(answers.find(travel), travel.size(), "0,0,0,900,2000,1500");
-  const CommandResult run = Run(answers);
-  EXPECT_EQ(run.exit_code, 2) << run.output;
-  EXPECT_THAT(run.standard_error, AllOf(HasSubstr("cannot be seen from within the travel"),
-                                        HasSubstr("move the part")));
+  EXPECT_THAT(Run(answers), Fails(2, "cannot be seen from within the travel", "move the part"));
   ExpectNothingWritten();
 }
 
 TEST_F(AlignInit, WritesNothingForAMachineInInches) {
   ScriptedLinuxCnc server;
   server.Answer("metric", false);
-  const CommandResult run = Init("session:" + server.helper());
-  EXPECT_EQ(run.exit_code, 4) << run.output;
-  EXPECT_THAT(run.standard_error,
-              AllOf(HasSubstr("contradiction: "), HasSubstr("LINEAR_UNITS = mm")));
+  EXPECT_THAT(Init("session:" + server.helper()), Fails(4, "contradiction: ", "LINEAR_UNITS = mm"));
   ExpectNothingWritten();
 }
 
@@ -166,13 +153,10 @@ TEST_F(AlignInit, QuotesWhatAShellWouldTakeApart) {
       Run("align init 'a job' --machine none --camera \"my camera's.json\" --targets targets.json "
           "--source 'the pictures' --rough 1400,1000,250 --safe-z 1400 --obstacle none --travel " +
           std::string(kTravel));
-  ASSERT_EQ(run.exit_code, 0) << run.output;
-  EXPECT_THAT(run.standard_output,
-              AllOf(HasSubstr("'a job/views.json'"), HasSubstr("'the pictures'")));
+  ASSERT_THAT(run, Prints(0, "'a job/views.json'", "'the pictures'"));
   const auto commands = CommandsOf(run.standard_output);
   ASSERT_EQ(commands.size(), 5U);
-  const CommandResult planned = Run(commands[0]);
-  EXPECT_EQ(planned.exit_code, 0) << planned.output;
+  EXPECT_THAT(Run(commands[0]), Ends(0));
 }
 
 }  // namespace

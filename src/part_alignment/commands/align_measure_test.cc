@@ -14,6 +14,7 @@
 #include <thread>
 #include <tuple>
 
+#include "support/matchers.h"
 #include "support/run_trammel.h"
 #include "support/scripted_linuxcnc.h"
 #include "support/trammel_process.h"
@@ -36,8 +37,7 @@ class AlignMeasure : public testing::Test {
   // One part, photographed once for all tests.
   static void SetUpTestSuite() {
     shop_ = new test::TemporaryFolder;
-    const CommandResult made = test::RunTrammel("sim spindle --out shop --seed 11", shop_->path());
-    ASSERT_EQ(made.exit_code, 0) << made.output;
+    ASSERT_THAT(test::RunTrammel("sim spindle --out shop --seed 11", shop_->path()), Ends(0));
     fs::create_directory(shop_->path() / "pictures");
     for (const fs::directory_entry& entry : fs::directory_iterator(shop_->path() / "shop")) {
       if (entry.path().extension() == ".png") {
@@ -99,9 +99,8 @@ class AlignMeasure : public testing::Test {
   [[nodiscard]] fs::path Some() const { return folder_.path() / "some"; }
   // The same part photographed with other options; the pictures of a folder of its own.
   [[nodiscard]] fs::path Photographed(const std::string& options) const {
-    const CommandResult made =
-        test::RunTrammel("sim spindle --out other --seed 11 " + options, folder_.path());
-    EXPECT_EQ(made.exit_code, 0) << made.output;
+    EXPECT_THAT(test::RunTrammel("sim spindle --out other --seed 11 " + options, folder_.path()),
+                Ends(0));
     return folder_.path() / "other";
   }
   [[nodiscard]] fs::path PrintError() const {
@@ -116,8 +115,7 @@ class AlignMeasure : public testing::Test {
 };
 
 TEST_F(AlignMeasure, FindsThePartInPicturesAndLeavesADatedReport) {
-  const CommandResult measured = Measure();
-  ASSERT_EQ(measured.exit_code, 0) << measured.output;
+  const auto measured = Must(Measure());
   const json result = json::parse(measured.standard_output);
   const json truth = Truth();
   for (std::size_t i = 0; i < 3; ++i) {
@@ -147,8 +145,7 @@ TEST_F(AlignMeasure, FindsThePartInPicturesAndLeavesADatedReport) {
 TEST_F(AlignMeasure, DrivesUpAcrossAndDownThroughEveryView) {
   ScriptedLinuxCnc server;
   server.SetHurry(20);
-  const CommandResult measured = Measure(Machine(server));
-  ASSERT_EQ(measured.exit_code, 0) << measured.output;
+  const auto measured = Must(Measure(Machine(server)));
   const json plan = Plan();
   const std::vector<std::string> requests = server.requests();
   for (const json& view : plan["views"]) {
@@ -165,10 +162,8 @@ TEST_F(AlignMeasure, DrivesUpAcrossAndDownThroughEveryView) {
 
 TEST_F(AlignMeasure, RefusesObstaclesAndTheEndOfTravelBeforeAnythingMoves) {
   ScriptedLinuxCnc server;
-  const CommandResult measured =
-      Measure(Machine(server) + " --obstacle -5000,-5000,-5000,5000,5000,5000");
-  EXPECT_EQ(measured.exit_code, 4) << measured.output;
-  EXPECT_THAT(measured.standard_error, HasSubstr("obstacle 1"));
+  EXPECT_THAT(Measure(Machine(server) + " --obstacle -5000,-5000,-5000,5000,5000,5000"),
+              Fails(4, "obstacle 1"));
   const CommandResult outside = Measure(Machine(server) + " --travel 0,0,0,1,1,1");
   EXPECT_EQ(outside.exit_code, 4) << outside.output;
   EXPECT_THAT(outside.standard_error, HasSubstr("outside the travel"));
@@ -177,9 +172,8 @@ TEST_F(AlignMeasure, RefusesObstaclesAndTheEndOfTravelBeforeAnythingMoves) {
   EXPECT_THAT(nowhere.standard_error, HasSubstr("nowhere is no folder"));
   for (const char* number :
        {"--settle", "--extra-sigma-px", "--disc-radius", "--feed", "--camera-radius", "--safe-z"}) {
-    const CommandResult refused = Measure(fmt::format("{} nan", number));
-    EXPECT_EQ(refused.exit_code, 1) << number;
-    EXPECT_THAT(refused.standard_error, AllOf(HasSubstr(number), HasSubstr("nan is no number")));
+    EXPECT_THAT(Measure(fmt::format("{} nan", number)), Fails(1, number, "nan is no number"))
+        << number;
   }
   EXPECT_EQ(Measure(Machine(server) + " --normal 0,0,0").exit_code, 1);
   EXPECT_EQ(Measure(Machine(server) + " --normal nan,0,1").exit_code, 1);
@@ -200,9 +194,7 @@ TEST_F(AlignMeasure, RefusesASpindleThatTurnsIsNotHeldOrNotOriented) {
     server.Answer(name, value);
     std::string machine = Machine(server);
     machine.replace(machine.find(held), held.size(), holds);
-    const CommandResult measured = Measure(machine);
-    EXPECT_EQ(measured.exit_code, 4) << measured.output;
-    EXPECT_THAT(measured.standard_error, HasSubstr(words));
+    EXPECT_THAT(Measure(machine), Fails(4, words));
     EXPECT_THAT(server.requests(), Each(Not(HasSubstr("G53"))));
   }
 }
@@ -224,8 +216,7 @@ TEST_F(AlignMeasure, CtrlCLeavesNoMotionRunningAndWhatWasTaken) {
   measuring.Send(SIGINT);
   EXPECT_EQ(measuring.Wait(30).exit_code, 130) << measuring.StandardErrorSoFar();
   EXPECT_FALSE(server.moving());
-  EXPECT_THAT(measuring.StandardErrorSoFar(),
-              AllOf(HasSubstr("the machine stands at"), HasSubstr("are kept in")));
+  EXPECT_THAT(measuring.StandardErrorSoFar(), Containing("the machine stands at", "are kept in"));
   const json seen = json::parse(ReadWhole(PrintError() / "observations.json"));
   ASSERT_GE(seen["views"].size(), 1U);
   EXPECT_GE(seen["views"][0]["observations"].size(), 1U);
@@ -250,9 +241,8 @@ TEST_F(AlignMeasure, ALineThatBreaksDuringAMoveEndsTheMotionAndKeepsWhatWasTaken
   const CommandResult measured = Measure(Machine(server));
   EXPECT_EQ(measured.exit_code, 3) << measured.output;
   EXPECT_EQ(step.load(), Step::kDropped);
-  EXPECT_THAT(
-      measured.standard_error,
-      AllOf(HasSubstr("it has ended"), HasSubstr("the machine stands at"), HasSubstr("taken (2)")));
+  EXPECT_THAT(measured.standard_error,
+              Containing("it has ended", "the machine stands at", "taken (2)"));
   EXPECT_THAT(server.requests(), testing::Contains(HasSubstr("orphaned")));  // by another helper
   EXPECT_FALSE(server.moving());
   EXPECT_EQ(json::parse(ReadWhole(PrintError() / "observations.json"))["views"].size(), 2U);
@@ -265,53 +255,42 @@ TEST_F(AlignMeasure, ARefusedMoveEndsTheMotionAndKeepsWhatWasTaken) {
     return refuse ? ScriptedLinuxCnc::Fault::kRefuse : ScriptedLinuxCnc::Fault::kNone;
   });
   server.SetHurry(20);
-  const CommandResult measured = Measure(Machine(server));
-  EXPECT_EQ(measured.exit_code, 3) << measured.output;
-  EXPECT_THAT(measured.standard_error,
-              AllOf(HasSubstr("refused by the script"), HasSubstr("the machine stands at"),
-                    HasSubstr("taken (2)")));
+  EXPECT_THAT(Measure(Machine(server)),
+              Fails(3, "refused by the script", "the machine stands at", "taken (2)"));
   EXPECT_FALSE(server.moving());
   EXPECT_EQ(json::parse(ReadWhole(PrintError() / "observations.json"))["views"].size(), 2U);
 }
 
 TEST_F(AlignMeasure, PicturesThatDoNotFitThePlanAreNamed) {
   json plan = Plan();
-  const CommandResult code = MeasureBy(plan, At("pictures"), "--bits 12");
-  EXPECT_EQ(code.exit_code, 2) << code.output;
-  EXPECT_THAT(code.standard_error, HasSubstr("no picture shows a target"));
+  EXPECT_THAT(MeasureBy(plan, At("pictures"), "--bits 12"), Fails(2, "no picture shows a target"));
   const CommandResult nobody = MeasureBy(plan, "nowhere");
   EXPECT_THAT(nobody.exit_code, testing::AnyOf(1, 2));
   plan["views"].push_back(plan["views"][0]);
-  const CommandResult few = MeasureBy(plan, At("pictures"));
-  EXPECT_EQ(few.exit_code, 2);
-  EXPECT_THAT(few.standard_error, HasSubstr("view 9: there is no further picture"));
+  EXPECT_THAT(MeasureBy(plan, At("pictures")), Fails(2, "view 9: there is no further picture"));
   plan = FirstViews(1);
   EXPECT_THAT(MeasureBy(plan, At("pictures")).standard_error, HasSubstr("more pictures than"));
   plan["camera"]["image_px"] = {640, 480};
-  const CommandResult small = MeasureBy(plan, At("pictures"));
-  EXPECT_EQ(small.exit_code, 2);
-  EXPECT_THAT(small.standard_error, HasSubstr("the picture has 2592 x 1944 px"));
+  EXPECT_THAT(MeasureBy(plan, At("pictures")), Fails(2, "the picture has 2592 x 1944 px"));
 }
 
 TEST_F(AlignMeasure, IdsThatNoCodeHasAreNamedBeforeAnythingMoves) {
   json plan = Plan();
   plan["targets"][2]["id"] = 46;
-  const CommandResult wrong = MeasureBy(plan, At("pictures"));
-  EXPECT_EQ(wrong.exit_code, 1);
-  EXPECT_THAT(wrong.standard_error, HasSubstr("target 46 of the plan is none of the 14-bit book"));
+  EXPECT_THAT(MeasureBy(plan, At("pictures")),
+              Fails(1, "target 46 of the plan is none of the 14-bit book"));
   EXPECT_TRUE(PrintError().empty());
   // Another code than the part has: its target is not found, and what is there is named.
   plan = FirstViews(6);
   plan["targets"][2]["id"] = 44;
   const std::string text = MeasureBy(plan, Some()).standard_error;
-  EXPECT_THAT(text, HasSubstr("is none of the part's and was left out"));
-  EXPECT_THAT(text, HasSubstr("no target of the part was found"));
+  EXPECT_THAT(text, Containing("is none of the part's and was left out",
+                               "no target of the part was found"));
 }
 
 TEST_F(AlignMeasure, BlurredPicturesAreAnErrorAndAreKept) {
-  const CommandResult measured = MeasureBy(Plan(), Photographed("--set blur-px=12"));
-  EXPECT_EQ(measured.exit_code, 2) << measured.output;
-  EXPECT_THAT(measured.standard_error, AllOf(HasSubstr("look at focus"), HasSubstr("taken (8)")));
+  EXPECT_THAT(MeasureBy(Plan(), Photographed("--set blur-px=12")),
+              Fails(2, "look at focus", "taken (8)"));
   EXPECT_TRUE(fs::exists(PrintError() / "view-08.png"));
 }
 

@@ -9,6 +9,7 @@
 
 #include "base/random.h"
 #include "part_alignment/camera/camera_convert.h"
+#include "support/matchers.h"
 #include "support/run_trammel.h"
 
 namespace trammel {
@@ -44,14 +45,13 @@ class AlignMetrology : public testing::Test {
       for (int i = -3; i <= 3; ++i) {
         for (int j = -2; j <= 2; ++j) {
           const Eigen::Vector3d at(0.14 * i * w_mm, 0.155 * j * w_mm, w_mm);
-          const auto pixel = part_alignment::Project(camera, at);
-          ASSERT_TRUE(pixel);
+          const auto pixel = Must(part_alignment::Project(camera, at));
           const Eigen::Vector3d tip = rotation * at + camera.taper_from_camera.translation_mm;
           views += fmt::format(
               "{}{{\"tip_mm\": [{}, {}, {}], \"column_px\": {}, \"row_px\": {}, \"sigma_px\": "
               "0.02}}",
               views.empty() ? "" : ",\n", tip.x(), tip.y(), tip.z(),
-              pixel->x() + random.Normal(0, 0.02), pixel->y() + random.Normal(0, 0.02));
+              pixel.x() + random.Normal(0, 0.02), pixel.y() + random.Normal(0, 0.02));
         }
       }
     }
@@ -98,9 +98,8 @@ class AlignMetrology : public testing::Test {
 
 TEST_F(AlignMetrology, AGridBecomesACameraFileAndAReport) {
   WriteGrid("grid.json", 6);
-  const auto run = Run("calibrate grid.json --out camera.json --report report");
-  ASSERT_EQ(run.exit_code, 0) << run.output;
-  EXPECT_THAT(run.output, StartsWith("verdict   good"));
+  ASSERT_THAT(Run("calibrate grid.json --out camera.json --report report"),
+              Says(0, StartsWith("verdict   good")));
   const nlohmann::json camera = Read("camera.json");
   EXPECT_NEAR(double(camera["camera"]["focal_length_mm"]), 6.189, 0.003);
   EXPECT_EQ(camera["calibration"]["date"], "2026-11-22");
@@ -120,9 +119,8 @@ TEST_F(AlignMetrology, ACalibrationGoesWithItsModelOnly) {
   ASSERT_EQ(Run("camera camera.json --model brown_measured_to_ideal --out same.json").exit_code, 0);
   EXPECT_EQ(Read("same.json")["calibration"]["covariance"],
             Read("camera.json")["calibration"]["covariance"]);
-  const auto other = Run("camera camera.json --most-error-px 1 --out other.json");
-  ASSERT_EQ(other.exit_code, 0) << other.output;
-  EXPECT_THAT(other.output, HasSubstr("are left out"));
+  ASSERT_THAT(Run("camera camera.json --most-error-px 1 --out other.json"),
+              Says(0, "are left out"));
   EXPECT_FALSE(Read("other.json").contains("calibration"));
   EXPECT_THAT(Run("camera camera.json --pixel-pitch-mm 0.01").output, HasSubstr("has its own"));
 }
@@ -146,17 +144,15 @@ TEST_F(AlignMetrology, ACameraOfOpenCvNeedsItsPitch) {
 
 TEST_F(AlignMetrology, AFitLeavesTargetsAndAMapOrTheReason) {
   WriteBlock(103);
-  const auto run = Run("fit points.csv --part part.json --out targets.json --report report");
-  ASSERT_EQ(run.exit_code, 0) << run.output;
+  ASSERT_THAT(Run("fit points.csv --part part.json --out targets.json --report report"), Ends(0));
   const nlohmann::json targets = Read("targets.json");
   EXPECT_EQ(targets["targets"][2]["id"], "T3");
   EXPECT_NEAR(double(targets["targets"][2]["ideal_mm"][0]), 300, 1e-6);
   EXPECT_EQ(targets["targets_covariance_mm2"].size(), 9U);
   EXPECT_GT(fs::file_size(At("report/stock-allowance.png")), 1000U);
   WriteBlock(90);
-  const auto refused = Run("fit points.csv --part part.json --out never.json");
-  EXPECT_EQ(refused.exit_code, 2);
-  EXPECT_THAT(refused.output, HasSubstr("point t4 is 13.000 mm inside the other points of top"));
+  EXPECT_THAT(Run("fit points.csv --part part.json --out never.json"),
+              Says(2, "point t4 is 13.000 mm inside the other points of top"));
   EXPECT_FALSE(fs::exists(At("never.json")));
 }
 
@@ -168,9 +164,7 @@ TEST_F(AlignMetrology, ABudgetJudgesTheTolerance) {
                        tolerance);
   };
   Write("scene.json", scene("[-1, 1]"));
-  const auto run = Run("budget scene.json --trials 2000");
-  EXPECT_EQ(run.exit_code, 0) << run.output;
-  EXPECT_THAT(run.output, HasSubstr("full width"));
+  EXPECT_THAT(Run("budget scene.json --trials 2000"), Says(0, "full width"));
   const auto json = nlohmann::json::parse(Run("budget scene.json --json --trials 0").output);
   EXPECT_GT(double(json["axes"]["x"]["u_it_mm"]), 0.009);
   EXPECT_TRUE(json["axes"]["x"]["simulated_mm"].is_null());

@@ -15,6 +15,7 @@
 
 #include "base/random.h"
 #include "geometry/euler.h"
+#include "support/matchers.h"
 #include "support/run_trammel.h"
 #include "support/step_text.h"
 
@@ -22,7 +23,6 @@ namespace trammel {
 namespace {
 
 using Eigen::Vector3d;
-using ::testing::AllOf;
 using ::testing::HasSubstr;
 
 const geometry::Pose kIdealFromMeasured{{312.3, -155.1, 96.4}, {0.31, -0.22, 1.7}};
@@ -159,7 +159,7 @@ TEST_F(AlignStep, WhatAStepFileCannotBeIsSaidWithItsRemedy) {
     EXPECT_EQ(run.exit_code, 1) << run.output;
     return run.output;
   };
-  EXPECT_THAT(said("two.step"), AllOf(HasSubstr("2 solids"), HasSubstr("\"second\"")));
+  EXPECT_THAT(said("two.step"), Containing("2 solids", "\"second\""));
   EXPECT_THAT(said("open.step"), HasSubstr("its shell is open: 4 edges"));
   EXPECT_THAT(said("sheet.step"), HasSubstr("surfaces only"));
   EXPECT_THAT(said("cut.step"), HasSubstr("cut short"));
@@ -167,12 +167,10 @@ TEST_F(AlignStep, WhatAStepFileCannotBeIsSaidWithItsRemedy) {
   EXPECT_THAT(said("nothing.step"), HasSubstr("nothing.step"));
   Write("part.json", R"({"format": 1, "surfaces": [{"id": "cad", "kind": "mesh",
     "file": "whole.step", "open": true, "overstock_mm": 2}]})");
-  const auto open = Run("fit points.csv --part part.json");
-  EXPECT_EQ(open.exit_code, 1);
-  EXPECT_THAT(open.output, HasSubstr("from an STL alone"));
+  EXPECT_THAT(Run("fit points.csv --part part.json"), Says(1, "from an STL alone"));
   // A block from nowhere lies in several ways: it was read, whatever its name says.
-  const auto named = Run("fit points.csv --overstock 2 --part named.stl");
-  EXPECT_THAT(named.output, HasSubstr("its unit is inch"));
+  EXPECT_THAT(Run("fit points.csv --overstock 2 --part named.stl").output,
+              HasSubstr("its unit is inch"));
 }
 
 TEST_F(AlignStep, WithoutItsModuleTheMessageNamesThePackage) {
@@ -188,9 +186,9 @@ TEST_F(AlignStep, WithoutItsModuleTheMessageNamesThePackage) {
       "--part block.step > said 2>&1",
       folder_.path().string(), TRAMMEL_PROGRAM);
   EXPECT_NE(std::system(run.c_str()), 0);
-  EXPECT_THAT(test::ReadWhole(folder_.path() / "said"),
-              AllOf(HasSubstr("trammel-step.so"), HasSubstr("install the package trammel-step"),
-                    HasSubstr("or export an STL")));
+  EXPECT_THAT(
+      test::ReadWhole(folder_.path() / "said"),
+      Containing("trammel-step.so", "install the package trammel-step", "or export an STL"));
 }
 
 }  // namespace

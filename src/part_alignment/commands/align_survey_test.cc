@@ -16,6 +16,7 @@
 #include "part_alignment/files/target_file.h"
 #include "part_alignment/survey/survey_world_test_support.h"
 #include "part_alignment/targets/code_book.h"
+#include "support/matchers.h"
 #include "support/run_trammel.h"
 #include "support/target_picture.h"
 
@@ -89,12 +90,10 @@ Survey SurveyOf(const json& answer) {
 TEST_F(AlignSurvey, LeavesPlainTargetsForTheFit) {
   constexpr int kPlain = 30;
   WriteObservations(kPlain);
-  const auto run =
+  ASSERT_THAT(
       Run("--observations observations.json --scale-bars bars.json --out targets.json --points "
-          "points.csv --surface top --report report");
-  ASSERT_EQ(run.exit_code, 0) << run.output;
-  EXPECT_THAT(run.standard_output, HasSubstr("plain targets of"));
-  EXPECT_THAT(run.standard_output, HasSubstr("target    P1 "));
+          "points.csv --surface top --report report"),
+      Prints(0, "plain targets of", "target    P1 "));
   const json answer = json::parse(test::ReadWhole(At("targets.json")));
   const json& plain = answer.at("plain_targets");
   ASSERT_GE(plain.size(), 20U);
@@ -102,13 +101,11 @@ TEST_F(AlignSurvey, LeavesPlainTargetsForTheFit) {
   EXPECT_EQ(plain[0].at("id"), "P1");
   EXPECT_GT(plain[0].at("covariance_mm2")[2][2].get<double>(), 0);
   // Those that a camera in the spindle can read are targets of align solve.
-  const auto targets = files::ReadTargetFile(At("targets.json"));
-  ASSERT_TRUE(targets) << targets.error().message;
-  const auto points = files::ReadPointTable(At("points.csv"));
-  ASSERT_TRUE(points) << points.error().message;
-  ASSERT_EQ(points->size(), targets->targets.size() + plain.size());
-  EXPECT_EQ(points->back().surface, "top");
-  EXPECT_EQ(points->front().surface, "");
+  const auto targets = Must(files::ReadTargetFile(At("targets.json")));
+  const auto points = Must(files::ReadPointTable(At("points.csv")));
+  ASSERT_EQ(points.size(), targets.targets.size() + plain.size());
+  EXPECT_EQ(points.back().surface, "top");
+  EXPECT_EQ(points.front().surface, "");
   EXPECT_THAT(test::ReadWhole(At("report/report.html")), HasSubstr("plain targets of"));
   EXPECT_THAT(Run("--observations observations.json --surface a,b").standard_error,
               HasSubstr("--surface a,b"));
@@ -129,10 +126,9 @@ TEST_F(AlignSurvey, NamesABarAloneAsUncheckedInTheHeadOfEveryAnswer) {
   const SurveyWorld world = WriteObservations();
   WriteBars({world.bars[0]});
   const std::string arguments = "--observations observations.json --scale-bars bars.json ";
-  const auto run = Run(arguments + "--report report");
-  ASSERT_EQ(run.exit_code, 0) << run.output;
-  EXPECT_THAT(run.standard_output,
-              StartsWith("verdict   good\nunchecked the scale rests on one bar alone, 901-902"));
+  ASSERT_THAT(
+      Run(arguments + "--report report"),
+      Prints(0, StartsWith("verdict   good\nunchecked the scale rests on one bar alone, 901-902")));
   const json answer = json::parse(Run(arguments + "--json").standard_output);
   ASSERT_EQ(answer.at("unchecked").size(), 1U);
   EXPECT_TRUE(answer.at("scale_bars")[0].at("detectable_mm").is_null());
@@ -147,9 +143,8 @@ TEST_F(AlignSurvey, RefusesWhatCannotBeByName) {
   EXPECT_THAT(Run("none.jpg").standard_error, HasSubstr("none.jpg"));
   EXPECT_THAT(Run("--observations none.json").standard_error, HasSubstr("none.json"));
   Write("bars.json", R"({"format": 1, "bars": []})");
-  const auto run = Run("--scale-bars bars.json --observations none.json");
-  EXPECT_EQ(run.exit_code, 1);
-  EXPECT_THAT(run.standard_error, HasSubstr("bars.json: scale_bars is missing"));
+  EXPECT_THAT(Run("--scale-bars bars.json --observations none.json"),
+              Fails(1, "bars.json: scale_bars is missing"));
   Write("observations.json",
         R"({"format": 1, "pictures": [{"name": "a", "image_px": [4000, 3000], "observations":
             [{"target": 1, "column_px": 3, "row_px": 4, "sigma_px": -1}]}]})");
@@ -159,14 +154,13 @@ TEST_F(AlignSurvey, RefusesWhatCannotBeByName) {
 
 // Eight discs among codes, dots of codes within them, one code half covered, a lamp's image.
 TEST_F(AlignSurvey, TakesDiscsThatAreNoPartOfACodeForPlainPoints) {
-  const auto book = part_alignment::MakeCodeBook(14);
-  ASSERT_TRUE(book);
+  const auto book = Must(part_alignment::MakeCodeBook(14));
   std::vector<test::DrawnTarget> drawn;
   std::vector<Eigen::Vector2d> discs;
   for (int i = 0; i < 8; ++i) {
     test::DrawnTarget code = test::AffineTarget(120 + 150.3 * i, 150.7, 10, 0.3, 0.4 * i);
-    code.bits = book->bits;
-    code.word = book->words.at(static_cast<std::size_t>(i));
+    code.bits = book.bits;
+    code.word = book.words.at(static_cast<std::size_t>(i));
     drawn.push_back(code);
     discs.emplace_back(130.4 + 150 * i, 600.2 + 7 * i);
     drawn.push_back(test::AffineTarget(discs.back().x(), discs.back().y(), 7, 0.5, 0.6 * i));
@@ -184,9 +178,8 @@ TEST_F(AlignSurvey, TakesDiscsThatAreNoPartOfACodeForPlainPoints) {
   const Page page = test::Expose(image, 1.0, random);
   Write("one.png", image::PngOf(page));
   EXPECT_EQ(Run("one.png --plain --keep-observations kept.json").exit_code, 2);
-  const auto kept = files::ReadSurveyFile(At("kept.json"));
-  ASSERT_TRUE(kept) << kept.error().message;
-  const auto& picture = kept->front();
+  const auto kept = Must(files::ReadSurveyFile(At("kept.json")));
+  const auto& picture = kept.front();
   EXPECT_EQ(picture.observations.size(), 7U);
   ASSERT_EQ(picture.plain.size(), discs.size());
   for (const auto& point : picture.plain) {
@@ -200,9 +193,8 @@ TEST_F(AlignSurvey, TakesDiscsThatAreNoPartOfACodeForPlainPoints) {
     EXPECT_NEAR(point.disc->semi_major_px, 7, 0.2);
   }
   EXPECT_EQ(Run("one.png --keep-observations coded.json").exit_code, 2);
-  const auto coded = files::ReadSurveyFile(At("coded.json"));
-  ASSERT_TRUE(coded);
-  EXPECT_TRUE(coded->front().plain.empty());
+  const auto coded = Must(files::ReadSurveyFile(At("coded.json")));
+  EXPECT_TRUE(coded.front().plain.empty());
 }
 
 TEST_F(AlignSurvey, MeasuresAPartFromItsPictures) {
@@ -214,18 +206,16 @@ TEST_F(AlignSurvey, MeasuresAPartFromItsPictures) {
   scene.focal_px = 1109;
   SurveyWorld world = part_alignment::test::MakeSurveyWorld(scene, 32);
   part_alignment::test::NumberBarEnds(world, 41);  // from the 14-bit book
-  const auto book = part_alignment::MakeCodeBook(14);
-  ASSERT_TRUE(book);
+  const auto book = Must(part_alignment::MakeCodeBook(14));
   fs::create_directory(At("pictures"));
   Random random(32);
   for (std::size_t s = 0; s < world.shots.size(); ++s) {
     Write("pictures/" + std::to_string(100 + s) + ".png",
-          image::PngOf(part_alignment::test::PictureOf(world, world.shots[s], *book, random)));
+          image::PngOf(part_alignment::test::PictureOf(world, world.shots[s], book, random)));
   }
   WriteBars(world.bars);
   const auto run =
-      Run("pictures --scale-bars bars.json --keep-observations observations.json --json");
-  ASSERT_EQ(run.exit_code, 0) << run.output;
+      Must(Run("pictures --scale-bars bars.json --keep-observations observations.json --json"));
   const Survey survey = SurveyOf(json::parse(run.standard_output));
   EXPECT_GE(survey.targets.size(), 12U);
   const auto errors = part_alignment::test::ErrorsOf(world, survey);

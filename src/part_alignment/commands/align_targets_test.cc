@@ -4,13 +4,13 @@
 
 #include <filesystem>
 
+#include "support/matchers.h"
 #include "support/run_trammel.h"
 
 namespace trammel::test {
 namespace {
 
 namespace fs = std::filesystem;
-using ::testing::AllOf;
 using ::testing::HasSubstr;
 
 class AlignTargets : public testing::Test {
@@ -22,15 +22,12 @@ class AlignTargets : public testing::Test {
 };
 
 TEST_F(AlignTargets, WritesPagesAndSaysWhatToCheckOnThem) {
-  const CommandResult done = Run("--bits 14 --radius 5 --count 44 --out t.svg --layout t.json");
-  EXPECT_EQ(done.exit_code, 0) << done.output;
-  EXPECT_THAT(done.standard_output, AllOf(HasSubstr("44 coded with 14 bits"), HasSubstr("100 mm")));
+  EXPECT_THAT(Run("--bits 14 --radius 5 --count 44 --out t.svg --layout t.json"),
+              Prints(0, "44 coded with 14 bits", "100 mm"));
   for (const char* name : {"t-1.svg", "t-2.svg", "t.json"}) {
     EXPECT_TRUE(fs::exists(folder_.path() / name)) << name;
   }
-  const CommandResult again = Run("--count 44 --out t.svg");
-  EXPECT_EQ(again.exit_code, 1);
-  EXPECT_THAT(again.standard_error, HasSubstr("t-1.svg"));
+  EXPECT_THAT(Run("--count 44 --out t.svg"), Fails(1, "t-1.svg"));
 }
 
 TEST_F(AlignTargets, NamesWhatIsWrongAndWritesNothing) {

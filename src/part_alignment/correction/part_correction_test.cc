@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "base/random.h"
+#include "support/matchers.h"
 
 namespace trammel::part_alignment {
 namespace {
@@ -28,14 +29,14 @@ TEST(CorrectFixture, SixSupportsBringTheWholePoseToTheIdeal) {
   // Half a degree and a few millimetres: the linear theory would be off by 1e-2 mm.
   const Pose measured{{103.2, -41.7, 250.6}, {0.009, -0.007, 0.012}};
   const Pose ideal{{100, -40, 250}, {0, 0, 0.01}};
-  const auto fixed = CorrectFixture(measured, SixPoints(), ideal.angles_rad, ideal.translation_mm);
-  ASSERT_TRUE(fixed) << fixed.error().message;
-  EXPECT_EQ(fixed->rank, 6);
+  const auto fixed =
+      Must(CorrectFixture(measured, SixPoints(), ideal.angles_rad, ideal.translation_mm));
+  EXPECT_EQ(fixed.rank, 6);
   for (const Vector3d& point : {Vector3d(0, 0, 0), Vector3d(1500, 1000, 500)}) {
     // The supports' points slide across their directions, so that only the pose is determined by
     // the shims; it comes out right to the second order of that slide.
     const Vector3d miss_mm =
-        MachineFromPart(fixed->machine_from_part, point) - MachineFromPart(ideal, point);
+        MachineFromPart(fixed.machine_from_part, point) - MachineFromPart(ideal, point);
     EXPECT_LT(miss_mm.norm(), 1e-6) << miss_mm.transpose();
   }
 }
@@ -46,24 +47,23 @@ TEST(CorrectFixture, ALowCornerIsShimmedUpByAsMuchAsItIsLow) {
   const std::vector<Support> supports = {{"left", {0, 0, 0}, Vector3d::UnitZ()},
                                          {"right", {1000, 0, 0}, Vector3d::UnitZ()},
                                          {"back", {500, 800, 0}, Vector3d::UnitZ()}};
-  const auto fixed = CorrectFixture(measured, supports, Vector3d::Zero(), Vector3d(0, 0, 300));
-  ASSERT_TRUE(fixed);
-  EXPECT_NEAR(fixed->moves[0].shim_mm, 0, kRounding_mm);
-  EXPECT_NEAR(fixed->moves[1].shim_mm, 1, 1e-6);  // sin(1e-3) m
-  EXPECT_NEAR(fixed->moves[2].shim_mm, 0.5, 1e-6);
-  EXPECT_EQ(fixed->rank, 3);
-  EXPECT_NEAR(fixed->rotation_rad.y(), -1e-3, 1e-12);
-  EXPECT_NEAR(fixed->machine_from_part.angles_rad.y(), 0, 1e-9);
+  const auto fixed =
+      Must(CorrectFixture(measured, supports, Vector3d::Zero(), Vector3d(0, 0, 300)));
+  EXPECT_NEAR(fixed.moves[0].shim_mm, 0, kRounding_mm);
+  EXPECT_NEAR(fixed.moves[1].shim_mm, 1, 1e-6);  // sin(1e-3) m
+  EXPECT_NEAR(fixed.moves[2].shim_mm, 0.5, 1e-6);
+  EXPECT_EQ(fixed.rank, 3);
+  EXPECT_NEAR(fixed.rotation_rad.y(), -1e-3, 1e-12);
+  EXPECT_NEAR(fixed.machine_from_part.angles_rad.y(), 0, 1e-9);
 }
 
 TEST(CorrectFixture, WithoutAnIdealOriginTheSupportsMoveLeastOnTheAverage) {
   const Pose measured{{12, 34, 300}, {2e-3, -1e-3, 0.3}};
-  const auto fixed = CorrectFixture(measured, SixPoints(), Vector3d(0, 0, 0.3), std::nullopt);
-  ASSERT_TRUE(fixed);
+  const auto fixed = Must(CorrectFixture(measured, SixPoints(), Vector3d(0, 0, 0.3), std::nullopt));
   Vector3d sum = Vector3d::Zero();
-  for (const SupportMove& move : fixed->moves) sum += move.displacement_mm;
+  for (const SupportMove& move : fixed.moves) sum += move.displacement_mm;
   EXPECT_LT(sum.norm(), kRounding_mm);
-  EXPECT_LT(fixed->machine_from_part.angles_rad.head<2>().norm(), 1e-9);
+  EXPECT_LT(fixed.machine_from_part.angles_rad.head<2>().norm(), 1e-9);
 }
 
 TEST(CorrectFixture, WhatTheSupportsLeaveFreeDoesNotMove) {
@@ -71,12 +71,11 @@ TEST(CorrectFixture, WhatTheSupportsLeaveFreeDoesNotMove) {
   const std::vector<Support> below = {{"1", {0, 0, 0}, Vector3d::UnitZ()},
                                       {"2", {1000, 0, 0}, Vector3d::UnitZ()},
                                       {"3", {0, 1000, 0}, Vector3d::UnitZ()}};
-  const auto fixed = CorrectFixture(measured, below, Vector3d(0, 0, 0.4), std::nullopt);
-  ASSERT_TRUE(fixed);
-  EXPECT_EQ(fixed->rank, 3);
+  const auto fixed = Must(CorrectFixture(measured, below, Vector3d(0, 0, 0.4), std::nullopt));
+  EXPECT_EQ(fixed.rank, 3);
   // The turn about Z of 0.3 rad that the ideal asks for is not the supports' to give.
-  EXPECT_NEAR(fixed->machine_from_part.angles_rad.z(), 0.1, 1e-5);
-  EXPECT_LT(fixed->machine_from_part.angles_rad.head<2>().norm(), 1e-3);
+  EXPECT_NEAR(fixed.machine_from_part.angles_rad.z(), 0.1, 1e-5);
+  EXPECT_LT(fixed.machine_from_part.angles_rad.head<2>().norm(), 1e-3);
 }
 
 TEST(CorrectFixture, RefusesSupportsThatAreGivenTwiceOrAreNone) {
@@ -114,10 +113,8 @@ TEST(CorrectWorkOffset, StatesWhatATiltLeavesOver) {
 TEST(CorrectWorkOffset, IsNotGivenForAPartThatLiesOnItsFace) {
   const std::vector<PartTarget> points = {{"a", {-750, -500, 0}}, {"b", {750, 500, 0}}};
   // Mirrored targets result in half a turn about X.
-  const auto turned = CheckTilt(CorrectWorkOffset({{1, 2, 3}, {3.1399, 0.001, 3.14}}, points));
-  ASSERT_FALSE(turned);
-  EXPECT_THAT(turned.error().message, HasSubstr("leans by 179.9 degrees"));
-  EXPECT_THAT(turned.error().message, HasSubstr("mirrored"));
+  EXPECT_THAT(CheckTilt(CorrectWorkOffset({{1, 2, 3}, {3.1399, 0.001, 3.14}}, points)),
+              FailsWith("leans by 179.9 degrees", "mirrored"));
   EXPECT_FALSE(CheckTilt(CorrectWorkOffset({{1, 2, 3}, {0, -0.11, 0}}, points)));
   EXPECT_TRUE(CheckTilt(CorrectWorkOffset({{1, 2, 3}, {0.06, -0.06, -2}}, points)));
 }

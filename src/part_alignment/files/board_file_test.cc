@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "part_alignment/files/camera_file.h"
+#include "support/matchers.h"
 #include "support/temporary_folder.h"
 
 namespace trammel::files {
@@ -46,16 +47,14 @@ class BoardFileTest : public testing::Test {
 };
 
 TEST_F(BoardFileTest, WhatIsWrittenIsReadBackToTheLastBit) {
-  const auto first = Read(std::string(kHead) + kTouches +
-                          R"("place": {"at_mm": [-2, 0, -320.1], "sigma_mm": [1, 1, 0.5]},
+  const auto first = Must(Read(std::string(kHead) + kTouches +
+                               R"("place": {"at_mm": [-2, 0, -320.1], "sigma_mm": [1, 1, 0.5]},
                              "machine": {"index_rad": 0.03},)" +
-                          kViews);
-  ASSERT_TRUE(first) << first.error().message;
-  const auto again = Read(BoardFileText(*first, "sheet.json"));
-  ASSERT_TRUE(again) << again.error().message;
-  const auto& a = first->measurement;
-  const auto& b = again->measurement;
-  EXPECT_EQ(again->date, first->date);
+                               kViews));
+  const auto again = Must(Read(BoardFileText(first, "sheet.json")));
+  const auto& a = first.measurement;
+  const auto& b = again.measurement;
+  EXPECT_EQ(again.date, first.date);
   EXPECT_EQ(b.camera.width_px, 2592);
   EXPECT_EQ(b.camera.pixel_pitch_mm, a.camera.pixel_pitch_mm);
   EXPECT_EQ(b.layout.size(), a.layout.size());
@@ -68,13 +67,12 @@ TEST_F(BoardFileTest, WhatIsWrittenIsReadBackToTheLastBit) {
   EXPECT_EQ(b.place->at_mm, a.place->at_mm);
   EXPECT_EQ(b.place->sigma_mm, a.place->sigma_mm);
   EXPECT_EQ(b.machine.index_rad, 0.03);
-  EXPECT_EQ(BoardFileText(*again, "sheet.json"), BoardFileText(*first, "sheet.json"));
+  EXPECT_EQ(BoardFileText(again, "sheet.json"), BoardFileText(first, "sheet.json"));
 }
 
 TEST_F(BoardFileTest, ReadsPlacesTouchesAndTheSheet) {
-  const auto read = Read(std::string(kHead) + kTouches + kViews);
-  ASSERT_TRUE(read) << read.error().message;
-  const auto& measurement = read->measurement;
+  const auto read = Must(Read(std::string(kHead) + kTouches + kViews));
+  const auto& measurement = read.measurement;
   ASSERT_EQ(measurement.views.size(), 2U);
   EXPECT_EQ(measurement.views[1].picture, "b.png");
   EXPECT_NEAR(measurement.views[1].spindle_rotation(1, 0), 1, 1e-15);
@@ -83,7 +81,7 @@ TEST_F(BoardFileTest, ReadsPlacesTouchesAndTheSheet) {
   EXPECT_EQ(measurement.touches[0].mark, "7");
   EXPECT_EQ(measurement.touches[0].sigma_mm.z(), 0.003);
   EXPECT_TRUE(std::isinf(measurement.touches[0].sigma_mm.x()));
-  EXPECT_EQ(read->bits, 14);
+  EXPECT_EQ(read.bits, 14);
   EXPECT_EQ(measurement.disc_radius_mm, 3);
   ASSERT_EQ(measurement.layout.size(), 1U);  // not the plain disc
   EXPECT_EQ(measurement.layout[0].id, "7");

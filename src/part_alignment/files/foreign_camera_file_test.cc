@@ -8,6 +8,8 @@
 #include <string>
 #include <utility>
 
+#include "support/matchers.h"
+
 namespace trammel::files {
 namespace {
 
@@ -108,21 +110,16 @@ TEST(ForeignCameraFile, EveryProgramsFileGivesTheSameCamera) {
 }
 
 TEST(ForeignCameraFile, RationalLensesKeepAllEightCoefficients) {
-  const auto camera = ParseForeignCamera(
+  const auto camera = Must(ParseForeignCamera(
       "{'lensmodel': 'LENSMODEL_OPENCV8', 'intrinsics': (900, 900, 320, 240, 1, 2, 3, 4, 5, 6, 7, "
       "8), 'imagersize': (640, 480)}",
-      "camera");
-  ASSERT_TRUE(camera) << camera.error().message;
-  EXPECT_EQ(camera->p2, 4);
-  EXPECT_EQ(camera->k3, 5);
-  EXPECT_EQ(camera->k6, 8);
+      "camera"));
+  EXPECT_EQ(camera.p2, 4);
+  EXPECT_EQ(camera.k3, 5);
+  EXPECT_EQ(camera.k6, 8);
 }
 
-std::string Complaint(const std::string& text) {
-  const auto camera = ParseForeignCamera(text, "f");
-  EXPECT_FALSE(camera) << text;
-  return camera ? "" : camera.error().message;
-}
+std::string Complaint(const std::string& text) { return ErrorOf(ParseForeignCamera(text, "f")); }
 
 std::string Replaced(std::string text, const std::string& from, const std::string& to) {
   return text.replace(text.find(from), from.size(), to);
@@ -191,9 +188,7 @@ TEST(ForeignCameraFile, FisheyesAsTheirProgramsWriteThemAreRefused) {
   for (const auto& [name, key] :
        {std::pair("cvfish.yml", "fisheye_model"), std::pair("metacv.xml", "Fisheye"),
         std::pair("kb4.yaml", "distortion_model")}) {
-    const auto camera = ReadForeignCameraFile(folder / name);
-    ASSERT_FALSE(camera) << name;
-    EXPECT_THAT(camera.error().message, HasSubstr(std::string(key) + " is "));
+    EXPECT_THAT(ReadForeignCameraFile(folder / name), FailsWith(std::string(key) + " is ")) << name;
   }
 }
 

@@ -8,6 +8,7 @@
 #include "part_alignment/files/camera_file.h"
 #include "part_alignment/files/part_fit_file.h"
 #include "part_alignment/files/stl_file.h"
+#include "support/matchers.h"
 #include "support/temporary_folder.h"
 
 namespace trammel::files {
@@ -39,18 +40,15 @@ constexpr const char* kGrid = R"({"format": 1, "date": "2026-11-22",
   "views": [{"tip_mm": [10, 20, 30], "column_px": 100.5, "row_px": 200.25, "sigma_px": 0.02}]})";
 
 TEST_F(PartMetrologyFile, AGridIsReadAndItsFaultsAreNamed) {
-  const auto read = ReadCalibrationGrid(File(kGrid));
-  ASSERT_TRUE(read) << read.error().message;
-  EXPECT_EQ(read->date, "2026-11-22");
-  EXPECT_EQ(read->grid.camera.width_px, 2592);
-  EXPECT_EQ(read->grid.taper_sigma[5], 2e-5);
-  EXPECT_EQ(read->grid.target_from_tip_mm.y(), -12);
-  ASSERT_EQ(read->grid.views.size(), 1U);
-  EXPECT_EQ(read->grid.views[0].row_px, 200.25);
+  const auto read = Must(ReadCalibrationGrid(File(kGrid)));
+  EXPECT_EQ(read.date, "2026-11-22");
+  EXPECT_EQ(read.grid.camera.width_px, 2592);
+  EXPECT_EQ(read.grid.taper_sigma[5], 2e-5);
+  EXPECT_EQ(read.grid.target_from_tip_mm.y(), -12);
+  ASSERT_EQ(read.grid.views.size(), 1U);
+  EXPECT_EQ(read.grid.views[0].row_px, 200.25);
   const auto complaint = [this](const std::string& from, const std::string& to) {
-    const auto bad = ReadCalibrationGrid(File(Replaced(kGrid, from, to)));
-    EXPECT_FALSE(bad);
-    return bad ? "" : bad.error().message;
+    return ErrorOf(ReadCalibrationGrid(File(Replaced(kGrid, from, to))));
   };
   EXPECT_THAT(complaint("\"sigma_px\": 0.02", "\"sigma_px\": 0"), HasSubstr("views[0].sigma_px"));
   EXPECT_THAT(complaint("100.5", "9100.5"), HasSubstr("column_px"));
@@ -64,11 +62,10 @@ TEST_F(PartMetrologyFile, ACalibratedCameraIsReadAsAnyOther) {
   calibration.camera = part_alignment::TableOneCamera();
   calibration.nearest_mm = 395;
   calibration.farthest_mm = 1430;
-  const auto camera = ReadCameraFile(File(CalibratedCameraText(calibration, "2026-11-22")));
-  ASSERT_TRUE(camera) << camera.error().message;
-  EXPECT_EQ(camera->camera.k1, calibration.camera.k1);
-  ASSERT_TRUE(camera->calibration);
-  EXPECT_EQ(camera->calibration->farthest_mm, 1430);
+  const auto camera = Must(ReadCameraFile(File(CalibratedCameraText(calibration, "2026-11-22"))));
+  EXPECT_EQ(camera.camera.k1, calibration.camera.k1);
+  ASSERT_TRUE(camera.calibration);
+  EXPECT_EQ(camera.calibration->farthest_mm, 1430);
 }
 
 TEST_F(PartMetrologyFile, ATableOfPointsIsReadWithAnySeparator) {
@@ -77,19 +74,17 @@ TEST_F(PartMetrologyFile, ATableOfPointsIsReadWithAnySeparator) {
         "surface,id,x_mm,y_mm,z_mm,sigma_mm,remark\r\ntop,p1,1.5,-2,3e1,0.05,a\r\n"
         "# a remark\r\n\r\n,T1,4,5,6,0.03,b\r\n";
     std::replace(text.begin(), text.end(), ',', separator);
-    const auto points = ReadPointTable(File(text));
-    ASSERT_TRUE(points) << points.error().message;
-    ASSERT_EQ(points->size(), 2U);
-    EXPECT_EQ((*points)[0].surface, "top");
-    EXPECT_EQ((*points)[0].at_mm.z(), 30);
-    EXPECT_EQ((*points)[1].surface, "");
-    EXPECT_EQ((*points)[1].sigma_mm, 0.03);
+    const auto points = Must(ReadPointTable(File(text)));
+    ASSERT_EQ(points.size(), 2U);
+    EXPECT_EQ(points[0].surface, "top");
+    EXPECT_EQ(points[0].at_mm.z(), 30);
+    EXPECT_EQ(points[1].surface, "");
+    EXPECT_EQ(points[1].sigma_mm, 0.03);
   }
-  const auto json = ParsePointTable(
+  const auto json = Must(ParsePointTable(
       R"({"format": 1, "points": [{"id": 7, "at_mm": [1, 2, 3], "sigma_mm": 0.1, "surface": "x"}]})",
-      "f");
-  ASSERT_TRUE(json) << json.error().message;
-  EXPECT_EQ((*json)[0].id, "7");
+      "f"));
+  EXPECT_EQ(json[0].id, "7");
 }
 
 TEST_F(PartMetrologyFile, ATableOfPointsIsReadAsSpreadsheetsEncodeIt) {
@@ -97,26 +92,19 @@ TEST_F(PartMetrologyFile, ATableOfPointsIsReadAsSpreadsheetsEncodeIt) {
   for (const bool low_first : {true, false}) {
     std::string bytes = low_first ? "\xFF\xFE" : "\xFE\xFF";
     for (const char c : text) bytes += low_first ? std::string{c, '\0'} : std::string{'\0', c};
-    const auto points = ReadPointTable(File(bytes));
-    ASSERT_TRUE(points) << points.error().message;
-    ASSERT_EQ(points->size(), 1U);
-    EXPECT_EQ((*points)[0].at_mm.z(), 3);
-    EXPECT_EQ((*points)[0].surface, "top");
-    const auto unmarked = ReadPointTable(File(bytes.substr(2)));
-    ASSERT_FALSE(unmarked);
-    EXPECT_THAT(unmarked.error().message, HasSubstr("UTF-16 without its mark"));
+    const auto points = Must(ReadPointTable(File(bytes)));
+    ASSERT_EQ(points.size(), 1U);
+    EXPECT_EQ(points[0].at_mm.z(), 3);
+    EXPECT_EQ(points[0].surface, "top");
+    EXPECT_THAT(ReadPointTable(File(bytes.substr(2))), FailsWith("UTF-16 without its mark"));
   }
   EXPECT_TRUE(ReadPointTable(File("\xEF\xBB\xBF" + text)));
-  const auto zip = ReadPointTable(File("PK\x03\x04 an .xlsx"));
-  ASSERT_FALSE(zip);
-  EXPECT_THAT(zip.error().message, HasSubstr("save it as CSV"));
+  EXPECT_THAT(ReadPointTable(File("PK\x03\x04 an .xlsx")), FailsWith("save it as CSV"));
 }
 
 TEST_F(PartMetrologyFile, FaultsOfATableNameTheirLine) {
   const auto complaint = [](const std::string& text) {
-    const auto points = ParsePointTable(text, "f.csv");
-    EXPECT_FALSE(points);
-    return points ? "" : points.error().message;
+    return ErrorOf(ParsePointTable(text, "f.csv"));
   };
   EXPECT_THAT(complaint("id,x_mm,y_mm\n1,2,3\n"), HasSubstr("z_mm is missing"));
   EXPECT_THAT(complaint("id,x_mm,y_mm,z_mm,sigma_mm,surface\na,1,2,3,0.1,t\nb,1,two,3,0.1,t\n"),
@@ -135,29 +123,24 @@ TEST_F(PartMetrologyFile, APartIsReadAndItsFaultsAreNamed) {
      "overstock_mm": 2}],
     "scale_bars": [{"from": "B1", "to": "B2", "length_mm": 1000, "sigma_mm": 0.002}],
     "start": {"translation_mm": [0, 0, 0], "angles_rad": [0, 0, 1]}})";
-  const auto part = ReadPartFile(File(text), ReadMeshFile);
-  ASSERT_TRUE(part) << part.error().message;
-  EXPECT_EQ(part->surfaces[1].radius_mm, 40);
-  EXPECT_EQ(part->options.guard_sigmas, 3);
-  EXPECT_TRUE(part->start);
-  const auto bad = ReadPartFile(File(Replaced(text, "\"radius_mm\": 40,", "")), ReadMeshFile);
-  ASSERT_FALSE(bad);
-  EXPECT_THAT(bad.error().message, HasSubstr("surfaces[1].radius_mm"));
+  const auto part = Must(ReadPartFile(File(text), ReadMeshFile));
+  EXPECT_EQ(part.surfaces[1].radius_mm, 40);
+  EXPECT_EQ(part.options.guard_sigmas, 3);
+  EXPECT_TRUE(part.start);
+  EXPECT_THAT(ReadPartFile(File(Replaced(text, "\"radius_mm\": 40,", "")), ReadMeshFile),
+              FailsWith("surfaces[1].radius_mm"));
 }
 
 TEST_F(PartMetrologyFile, ABudgetIsReadAndItsFaultsAreNamed) {
   const std::string text = R"({"format": 1, "targets_mm": [[0, 0, 0], [1500, 0, 0], [0, 1000, 0]],
     "target_sigma_mm": [0.0035, 0.0143, 0.0155], "box_low_mm": [0, 0, 0],
     "box_high_mm": [1500, 1000, 500], "tolerance_mm": [-1, 1], "lengths_mm": [[1000, 1000.04]]})";
-  const auto budget = ReadBudgetFile(File(text));
-  ASSERT_TRUE(budget) << budget.error().message;
-  EXPECT_EQ(budget->scene.targets_mm.size(), 3U);
-  EXPECT_EQ(budget->scene.expansion_per_k, 11e-6);
-  EXPECT_EQ(budget->lengths[0].measured_mm, 1000.04);
+  const auto budget = Must(ReadBudgetFile(File(text)));
+  EXPECT_EQ(budget.scene.targets_mm.size(), 3U);
+  EXPECT_EQ(budget.scene.expansion_per_k, 11e-6);
+  EXPECT_EQ(budget.lengths[0].measured_mm, 1000.04);
   const auto complaint = [&](const std::string& from, const std::string& to) {
-    const auto bad = ReadBudgetFile(File(Replaced(text, from, to)));
-    EXPECT_FALSE(bad);
-    return bad ? "" : bad.error().message;
+    return ErrorOf(ReadBudgetFile(File(Replaced(text, from, to))));
   };
   EXPECT_THAT(complaint("[1500, 0, 0]", "[1500, 0]"), HasSubstr("targets_mm[1]"));
   EXPECT_THAT(complaint("[-1, 1]", "[1, 1]"), HasSubstr("tolerance_mm"));

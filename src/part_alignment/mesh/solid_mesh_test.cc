@@ -7,21 +7,19 @@
 
 #include "part_alignment/mesh/mesh_test_support.h"
 #include "part_alignment/mesh/triangle_mesh.h"
+#include "support/matchers.h"
 
 namespace trammel::part_alignment {
 namespace {
 
 using Eigen::Vector3d;
-using ::testing::AllOf;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 
 const Vector3d kHalf_mm(40, 25, 15);
 
 std::string Complaint(TriangleMesh mesh, bool open = false) {
-  const auto solid = MakeSolid(std::move(mesh), open);
-  EXPECT_FALSE(solid);
-  return solid ? "" : solid.error().message;
+  return ErrorOf(MakeSolid(std::move(mesh), open));
 }
 
 double Volume(const SolidMesh& solid) {
@@ -33,27 +31,25 @@ double Volume(const SolidMesh& solid) {
 }
 
 TEST(SolidMesh, ASoundBoxIsLeftAlone) {
-  const auto solid = MakeSolid(test::BoxMesh(kHalf_mm), false);
-  ASSERT_TRUE(solid) << solid.error().message;
-  EXPECT_THAT(solid->notices, IsEmpty());
-  EXPECT_FALSE(solid->open);
-  EXPECT_NEAR(Volume(*solid), 80 * 50 * 30, 1e-9);
+  const auto solid = Must(MakeSolid(test::BoxMesh(kHalf_mm), false));
+  EXPECT_THAT(solid.notices, IsEmpty());
+  EXPECT_FALSE(solid.open);
+  EXPECT_NEAR(Volume(solid), 80 * 50 * 30, 1e-9);
 }
 
 TEST(SolidMesh, AnOpenShellIsNamedWithItsPlace) {
   TriangleMesh mesh = test::BoxMesh(kHalf_mm);
   mesh.triangles.pop_back();
-  EXPECT_THAT(Complaint(mesh), AllOf(HasSubstr("open: 3 edges"), HasSubstr("15.000) mm")));
-  const auto open = MakeSolid(mesh, true);
-  ASSERT_TRUE(open);
-  EXPECT_TRUE(open->open);
+  EXPECT_THAT(Complaint(mesh), Containing("open: 3 edges", "15.000) mm"));
+  const auto open = Must(MakeSolid(mesh, true));
+  EXPECT_TRUE(open.open);
 }
 
 TEST(SolidMesh, TwoSolidsAreNamedWithTheirSizes) {
   TriangleMesh mesh = test::BoxMesh(kHalf_mm);
   test::Append(mesh, test::BoxMesh({1, 2, 3}, {100, 0, 0}));
-  EXPECT_THAT(Complaint(mesh), AllOf(HasSubstr("2 closed bodies"), HasSubstr("80.000 × 50.000"),
-                                     HasSubstr("2.000 × 4.000 × 6.000")));
+  EXPECT_THAT(Complaint(mesh),
+              Containing("2 closed bodies", "80.000 × 50.000", "2.000 × 4.000 × 6.000"));
   TriangleMesh inner = test::BoxMesh(kHalf_mm);
   test::Append(inner, test::BoxMesh({1, 2, 3}));
   EXPECT_THAT(Complaint(inner), HasSubstr("2 closed bodies")) << "one in the other is no cavity";
@@ -64,24 +60,22 @@ TEST(SolidMesh, ACavityIsPartOfItsSolid) {
   TriangleMesh cavity = test::BoxMesh({1, 2, 3});
   for (Triangle& t : cavity.triangles) std::swap(t[1], t[2]);
   test::Append(mesh, cavity);
-  const auto solid = MakeSolid(mesh, false);
-  ASSERT_TRUE(solid) << solid.error().message;
-  EXPECT_THAT(solid->notices[0], HasSubstr("1 inner cavities"));
-  EXPECT_NEAR(Volume(*solid), 80 * 50 * 30 - 48, 1e-9);
+  const auto solid = Must(MakeSolid(mesh, false));
+  EXPECT_THAT(solid.notices[0], HasSubstr("1 inner cavities"));
+  EXPECT_NEAR(Volume(solid), 80 * 50 * 30 - 48, 1e-9);
 }
 
 TEST(SolidMesh, TurnedTrianglesAreTurnedBackAndCounted) {
   TriangleMesh mesh = test::BoxMesh(kHalf_mm);
   for (const std::size_t t : {2U, 7U, 11U}) std::swap(mesh.triangles[t][0], mesh.triangles[t][1]);
-  const auto solid = MakeSolid(mesh, false);
-  ASSERT_TRUE(solid);
-  EXPECT_THAT(solid->notices[0], HasSubstr("3 of 12 triangles"));
-  EXPECT_NEAR(Volume(*solid), 80 * 50 * 30, 1e-9);
+  const auto solid = Must(MakeSolid(mesh, false));
+  EXPECT_THAT(solid.notices[0], HasSubstr("3 of 12 triangles"));
+  EXPECT_NEAR(Volume(solid), 80 * 50 * 30, 1e-9);
   for (std::uint32_t t = 0; t < 12; ++t) {
     for (int k = 0; k < 3; ++k) {
-      const std::uint32_t other = solid->neighbours[t][static_cast<std::size_t>(k)];
+      const std::uint32_t other = solid.neighbours[t][static_cast<std::size_t>(k)];
       ASSERT_NE(other, kNoTriangle);
-      EXPECT_FALSE(SameDirection(solid->mesh.triangles[t], k, solid->mesh.triangles[other]));
+      EXPECT_FALSE(SameDirection(solid.mesh.triangles[t], k, solid.mesh.triangles[other]));
     }
   }
 }
@@ -89,10 +83,9 @@ TEST(SolidMesh, TurnedTrianglesAreTurnedBackAndCounted) {
 TEST(SolidMesh, AnInsideOutSolidIsTurned) {
   TriangleMesh mesh = test::BoxMesh(kHalf_mm);
   for (Triangle& t : mesh.triangles) std::swap(t[0], t[1]);
-  const auto solid = MakeSolid(mesh, false);
-  ASSERT_TRUE(solid);
-  EXPECT_THAT(solid->notices[0], HasSubstr("faced inwards"));
-  EXPECT_NEAR(Volume(*solid), 80 * 50 * 30, 1e-9);
+  const auto solid = Must(MakeSolid(mesh, false));
+  EXPECT_THAT(solid.notices[0], HasSubstr("faced inwards"));
+  EXPECT_NEAR(Volume(solid), 80 * 50 * 30, 1e-9);
 }
 
 TEST(SolidMesh, BodiesThatTouchAtAnEdgeAreNamed) {
@@ -104,17 +97,16 @@ TEST(SolidMesh, BodiesThatTouchAtAnEdgeAreNamed) {
   }
   mesh.vertices_mm = weld.Take();
   EXPECT_EQ(mesh.vertices_mm.size(), 14U);
-  EXPECT_THAT(Complaint(mesh), AllOf(HasSubstr("1 edges have more than two triangles"),
-                                     HasSubstr("(10.000, 10.000, 0.000)")));
+  EXPECT_THAT(Complaint(mesh),
+              Containing("1 edges have more than two triangles", "(10.000, 10.000, 0.000)"));
 }
 
 TEST(SolidMesh, TrianglesOfTwoEqualCornersAreLeftOut) {
   TriangleMesh mesh = test::BoxMesh(kHalf_mm);
   mesh.triangles.push_back({3, 3, 7});
-  const auto solid = MakeSolid(mesh, false);
-  ASSERT_TRUE(solid);
-  EXPECT_EQ(solid->mesh.triangles.size(), 12U);
-  EXPECT_THAT(solid->notices[0], HasSubstr("1 triangles of no area"));
+  const auto solid = Must(MakeSolid(mesh, false));
+  EXPECT_EQ(solid.mesh.triangles.size(), 12U);
+  EXPECT_THAT(solid.notices[0], HasSubstr("1 triangles of no area"));
   EXPECT_THAT(Complaint({{{0, 0, 0}}, {{0, 0, 0}}}), HasSubstr("no area"));
 }
 
@@ -124,9 +116,8 @@ TEST(SolidMesh, ACrackOfRoundingIsClosed) {
   for (std::uint32_t& v : mesh.triangles[3]) {
     if (v == 7) v = 8;
   }
-  const auto solid = MakeSolid(mesh, false);
-  ASSERT_TRUE(solid) << solid.error().message;
-  EXPECT_THAT(solid->notices[0], HasSubstr("open edges were closed"));
+  const auto solid = Must(MakeSolid(mesh, false));
+  EXPECT_THAT(solid.notices[0], HasSubstr("open edges were closed"));
   mesh.vertices_mm[8] += Vector3d(0.01, 0, 0);
   EXPECT_THAT(Complaint(mesh), HasSubstr("open"));
 }

@@ -10,12 +10,12 @@
 #include "base/random.h"
 #include "part_alignment/mesh/mesh_test_support.h"
 #include "part_alignment/part_fit/part_fit.h"
+#include "support/matchers.h"
 
 namespace trammel::part_alignment {
 namespace {
 
 using Eigen::Vector3d;
-using ::testing::AllOf;
 using ::testing::HasSubstr;
 
 constexpr double kSigma_mm = 0.05;
@@ -108,12 +108,9 @@ TEST(MeshFit, ABlockOfTrianglesIsTheBlockOfItsPlanes) {
 TEST(MeshFit, ABlockFromNowhereFitsInFourWaysWhichAreNamed) {
   PartFitInput input = Block(204);
   UseMesh(input, Mesh(test::BoxMesh(kHalf_mm)));
-  const auto fit = FitPart(input, {});
-  ASSERT_TRUE(fit);
-  EXPECT_EQ(fit->verdict, Verdict::kCannotTell);
-  EXPECT_THAT(fit->reason, AllOf(HasSubstr("two placements fit alike"), HasSubstr("180.0°"),
-                                 HasSubstr("start")));
-  EXPECT_TRUE(fit->targets.empty());
+  const auto fit = Must(FitPart(input, {}));
+  EXPECT_THAT(fit, Answers(Verdict::kCannotTell, "two placements fit alike", "180.0°", "start"));
+  EXPECT_TRUE(fit.targets.empty());
 }
 
 // Points about a body of revolution, proud of it by what is wanted.
@@ -160,10 +157,8 @@ TriangleMesh Cylinder(double radius_mm, double half_mm, int sides) {
 TEST(MeshFit, ATurnedPartIsFreeToTurnHoweverCoarseItsFacets) {
   for (const int sides : {16, 36, 100, 720}) {
     PartFitInput input = Turned(Cylinder(80, 120, sides), 80, 120);
-    const auto fit = FitPart(input, {});
-    ASSERT_TRUE(fit);
-    EXPECT_EQ(fit->verdict, Verdict::kCannotTell) << sides;
-    EXPECT_THAT(fit->reason, AllOf(HasSubstr("leave the part free"), HasSubstr("a turn about z")))
+    EXPECT_THAT(FitPart(input, {}),
+                Answers(Verdict::kCannotTell, "leave the part free", "a turn about z"))
         << sides;
   }
 }
@@ -174,17 +169,14 @@ TEST(MeshFit, PointsBeyondTheRimOfAnOpenShellAreNamed) {
   PartFitInput input = Block(208);
   UseMesh(input, Mesh(lid, true));
   input.start = kIdealFromMeasured;
-  const auto fit = FitPart(input, {});
-  ASSERT_TRUE(fit);
-  EXPECT_NE(fit->verdict, Verdict::kGood);
+  const auto fit = Must(FitPart(input, {}));
+  EXPECT_NE(fit.verdict, Verdict::kGood);
   std::erase_if(input.points, [](const MeasuredPoint& point) {
     const Vector3d at = geometry::RotationFromAngles(kIdealFromMeasured.angles_rad) * point.at_mm +
                         kIdealFromMeasured.translation_mm;
     return !point.surface.empty() && at.z() > 100;
   });
-  const auto without = FitPart(input, {});
-  ASSERT_TRUE(without);
-  EXPECT_EQ(without->verdict, Verdict::kGood) << without->reason;
+  EXPECT_THAT(FitPart(input, {}), Answers(Verdict::kGood));
 }
 
 TEST(MeshFit, WhatCannotBeIsNamed) {

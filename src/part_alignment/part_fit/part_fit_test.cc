@@ -12,6 +12,7 @@
 
 #include "base/random.h"
 #include "geometry/linear_systems.h"
+#include "support/matchers.h"
 
 namespace trammel::part_alignment {
 namespace {
@@ -76,48 +77,39 @@ MeasuredPoint& PointOf(PartFitInput& input, const std::string& id) {
 }
 
 TEST(PartFit, AnEvenBlockIsPlacedExactlyFromAnywhere) {
-  const auto fit = FitPart(EvenBlock(), {});
-  ASSERT_TRUE(fit) << fit.error().message;
-  ASSERT_EQ(fit->verdict, Verdict::kGood) << fit->reason;
-  EXPECT_NEAR(fit->min_mm, kWanted_mm, 1e-9);
-  EXPECT_LT(fit->uneven_mm, 1e-9);
-  ASSERT_EQ(fit->targets.size(), 4U);
-  EXPECT_LT((fit->targets[0].ideal_mm - Vector3d(-350, -200, 160)).norm(), 1e-9);
-  EXPECT_LT((fit->targets[2].ideal_mm - Vector3d(350, 200, 160)).norm(), 1e-9);
-  EXPECT_EQ(fit->stock_allowances.size(), 54U);
+  const auto fit = Good(FitPart(EvenBlock(), {}));
+  EXPECT_NEAR(fit.min_mm, kWanted_mm, 1e-9);
+  EXPECT_LT(fit.uneven_mm, 1e-9);
+  ASSERT_EQ(fit.targets.size(), 4U);
+  EXPECT_LT((fit.targets[0].ideal_mm - Vector3d(-350, -200, 160)).norm(), 1e-9);
+  EXPECT_LT((fit.targets[2].ideal_mm - Vector3d(350, 200, 160)).norm(), 1e-9);
+  EXPECT_EQ(fit.stock_allowances.size(), 54U);
 }
 
 TEST(PartFit, SubtractsTheTargetsThicknessAlongTheNormals) {
   PartFitOptions options;
   options.target_thickness_mm = 0.1;
-  const auto fit = FitPart(Block({3.1, 3.1, 3.1, 3.1, 3.1, 3.1}), options);
-  ASSERT_TRUE(fit) << fit.error().message;
-  ASSERT_EQ(fit->verdict, Verdict::kGood) << fit->reason;
-  EXPECT_NEAR(fit->min_mm, kWanted_mm, 1e-9);
-  EXPECT_LT((fit->targets[0].ideal_mm - Vector3d(-350, -200, 160)).norm(), 1e-9);
-  EXPECT_THAT(fit->notices, Contains(HasSubstr("0.100 mm")));
+  const auto fit = Good(FitPart(Block({3.1, 3.1, 3.1, 3.1, 3.1, 3.1}), options));
+  EXPECT_NEAR(fit.min_mm, kWanted_mm, 1e-9);
+  EXPECT_LT((fit.targets[0].ideal_mm - Vector3d(-350, -200, 160)).norm(), 1e-9);
+  EXPECT_THAT(fit.notices, Contains(HasSubstr("0.100 mm")));
   // An error that all targets have moves no block that is measured from both sides; the guard
   // keeps twice of it.
   options.target_thickness_sigma_mm = 0.05;
-  const auto doubted = FitPart(Block({3.1, 3.1, 3.1, 3.1, 3.1, 3.1}), options);
-  ASSERT_TRUE(doubted);
-  EXPECT_LT((doubted->covariance - fit->covariance).cwiseAbs().maxCoeff(), 1e-9);
-  EXPECT_NEAR(doubted->stock_allowances[0].min_mm, 2 * std::hypot(kSigma_mm, 0.05), 1e-12);
+  const auto doubted = Must(FitPart(Block({3.1, 3.1, 3.1, 3.1, 3.1, 3.1}), options));
+  EXPECT_LT((doubted.covariance - fit.covariance).cwiseAbs().maxCoeff(), 1e-9);
+  EXPECT_NEAR(doubted.stock_allowances[0].min_mm, 2 * std::hypot(kSigma_mm, 0.05), 1e-12);
   options.target_thickness_mm = -0.1;
-  const auto refused = FitPart(EvenBlock(), options);
-  ASSERT_FALSE(refused);
-  EXPECT_THAT(refused.error().message, HasSubstr("targets -0.1 mm thick"));
+  EXPECT_THAT(FitPart(EvenBlock(), options), FailsWith("targets -0.1 mm thick"));
 }
 
 TEST(PartFit, ADentIsCoveredAndThePlacementRestsOnIt) {
   PartFitInput input = EvenBlock();
   PointOf(input, "+x4").at_mm = InMeasurement({400 - 1.5, -25, 15});
-  const auto fit = FitPart(input, {});
-  ASSERT_TRUE(fit);
-  ASSERT_EQ(fit->verdict, Verdict::kGood) << fit->reason;
-  EXPECT_NEAR(fit->min_mm, 2 * kSigma_mm, 1e-7) << "the guard of two sigmas, and no more";
+  const auto fit = Good(FitPart(input, {}));
+  EXPECT_NEAR(fit.min_mm, 2 * kSigma_mm, 1e-7) << "the guard of two sigmas, and no more";
   int binding = 0;
-  for (const PointStockAllowance& at : fit->stock_allowances) {
+  for (const PointStockAllowance& at : fit.stock_allowances) {
     EXPECT_GE(at.stock_allowance_mm, at.min_mm - 1e-7);
     if (!at.binding) continue;
     ++binding;
@@ -131,11 +123,9 @@ TEST(PartFit, NoNearbyPlacementIsBothSafeAndMoreEven) {
   PartFitInput input = EvenBlock();
   PointOf(input, "+x0").at_mm = InMeasurement({400 - 1.2, -175, -120});
   PointOf(input, "+z8").at_mm = InMeasurement({280, 200, 150 - 0.8});
-  const auto fit = FitPart(input, {});
-  ASSERT_TRUE(fit);
-  ASSERT_EQ(fit->verdict, Verdict::kGood);
+  const auto fit = Good(FitPart(input, {}));
   Random random(91);
-  const Eigen::Matrix3d r = geometry::RotationFromAngles(fit->ideal_from_measured.angles_rad);
+  const Eigen::Matrix3d r = geometry::RotationFromAngles(fit.ideal_from_measured.angles_rad);
   int safe = 0;
   for (int trial = 0; trial < 2000; ++trial) {
     Vector3d turn;
@@ -147,31 +137,28 @@ TEST(PartFit, NoNearbyPlacementIsBothSafeAndMoreEven) {
     const Eigen::Matrix3d moved = geometry::RotationFromAngles(turn) * r;
     double sum = 0;
     bool covered = true;
-    for (const PointStockAllowance& at : fit->stock_allowances) {
+    for (const PointStockAllowance& at : fit.stock_allowances) {
       const IdealSurface& face = input.surfaces[at.point / 9];
       const Vector3d ideal =
-          moved * input.points[at.point].at_mm + fit->ideal_from_measured.translation_mm + shift;
+          moved * input.points[at.point].at_mm + fit.ideal_from_measured.translation_mm + shift;
       const double proud_mm = face.direction.normalized().dot(ideal - face.middle_mm);
       covered = covered && proud_mm >= at.min_mm;
       sum += (proud_mm - kWanted_mm) * (proud_mm - kWanted_mm);
     }
     safe += covered ? 1 : 0;
     if (!covered) continue;
-    EXPECT_GT(std::sqrt(sum / 54), fit->uneven_mm - 1e-9);
+    EXPECT_GT(std::sqrt(sum / 54), fit.uneven_mm - 1e-9);
   }
   EXPECT_GT(safe, 100);
 }
 
 TEST(PartFit, ARawPartThatIsTooSmallIsRefusedWithWhatIsMissing) {
-  const auto fit = FitPart(Block({3, 3, -2, 1, 3, 3}), {});
-  ASSERT_TRUE(fit);
-  EXPECT_EQ(fit->verdict, Verdict::kRefused);
+  const auto fit = Must(FitPart(Block({3, 3, -2, 1, 3, 3}), {}));
+  EXPECT_EQ(fit.verdict, Verdict::kRefused);
   // 1 mm short over both sides, half each, and the guard of 0.1 mm.
-  EXPECT_THAT(fit->reason, HasSubstr("0.600 mm are missing"));
-  EXPECT_THAT(fit->reason, HasSubstr("+y"));
-  EXPECT_THAT(fit->reason, HasSubstr("-y"));
-  EXPECT_TRUE(fit->targets.empty());
-  EXPECT_EQ(fit->stock_allowances.size(), 54U) << "the map shows where";
+  EXPECT_THAT(fit.reason, Containing("0.600 mm are missing", "+y", "-y"));
+  EXPECT_TRUE(fit.targets.empty());
+  EXPECT_EQ(fit.stock_allowances.size(), 54U) << "the map shows where";
 }
 
 TEST(PartFit, AMotionThatNoSurfaceStopsIsNamed) {
@@ -179,10 +166,7 @@ TEST(PartFit, AMotionThatNoSurfaceStopsIsNamed) {
   std::erase_if(input.points,
                 [](const MeasuredPoint& p) { return !p.surface.empty() && p.surface[1] == 'x'; });
   input.surfaces.erase(input.surfaces.begin(), input.surfaces.begin() + 2);
-  const auto fit = FitPart(input, {});
-  ASSERT_TRUE(fit);
-  EXPECT_EQ(fit->verdict, Verdict::kCannotTell);
-  EXPECT_THAT(fit->reason, HasSubstr("shift along x"));
+  EXPECT_THAT(FitPart(input, {}), Answers(Verdict::kCannotTell, "shift along x"));
 }
 
 TEST(PartFit, ABoreAndAShaftAreSurfacesToo) {
@@ -200,11 +184,9 @@ TEST(PartFit, ABoreAndAShaftAreSurfacesToo) {
     input.points.push_back(
         {"t" + std::to_string(i), InMeasurement(Vector3d(150, 100, 82) + 90 * round), 0.02, "top"});
   }
-  const auto fit = FitPart(input, {});
-  ASSERT_TRUE(fit) << fit.error().message;
-  ASSERT_EQ(fit->verdict, Verdict::kGood) << fit->reason;
-  EXPECT_NEAR(fit->min_mm, 2, 1e-8);
-  EXPECT_LT(fit->uneven_mm, 1e-8);
+  const auto fit = Good(FitPart(input, {}));
+  EXPECT_NEAR(fit.min_mm, 2, 1e-8);
+  EXPECT_LT(fit.uneven_mm, 1e-8);
 }
 
 TEST(PartFit, RefusesSurfacesThatAreNotTheirPoints) {
@@ -212,9 +194,7 @@ TEST(PartFit, RefusesSurfacesThatAreNotTheirPoints) {
   input.surfaces[1].middle_mm.x() -= 200;  // +x, 600 mm from the other side where there are 800
   auto fit = FitPart(input, {});
   ASSERT_TRUE(fit) << fit.error().message;
-  EXPECT_EQ(fit->verdict, Verdict::kRefused);
-  EXPECT_THAT(fit->reason, HasSubstr("x do not lie on it"));
-  EXPECT_THAT(fit->reason, HasSubstr("middle_mm"));
+  EXPECT_THAT(*fit, Answers(Verdict::kRefused, "x do not lie on it", "middle_mm"));
   EXPECT_TRUE(fit->targets.empty());
   PartFitOptions options;
   options.max_uneven_mm = 110;
@@ -237,9 +217,8 @@ TEST(PartFit, RefusesADiameterThatStandsForARadius) {
   }
   auto fit = FitPart(input, {});
   ASSERT_TRUE(fit) << fit.error().message;
-  EXPECT_EQ(fit->verdict, Verdict::kRefused);
-  EXPECT_THAT(fit->reason, HasSubstr("43.000 mm on the average where 3.000 mm are wanted"));
-  EXPECT_THAT(fit->reason, HasSubstr("radius_mm"));
+  EXPECT_THAT(*fit, Answers(Verdict::kRefused, "43.000 mm on the average where 3.000 mm are wanted",
+                            "radius_mm"));
   input.surfaces.back().radius_mm = kRadius_mm;
   fit = FitPart(input, {});
   ASSERT_TRUE(fit);
@@ -264,10 +243,9 @@ TEST(PartFit, ADirectionTurnedRoundIsNamed) {
         for (IdealSurface& surface : input.surfaces) {
           if (surface.id == turned) surface.direction *= -1;
         }
-        const auto fit = FitPart(input, {});
-        ASSERT_TRUE(fit) << fit.error().message;
-        EXPECT_NE(fit->verdict, Verdict::kGood) << turned;
-        EXPECT_THAT(fit->reason, HasSubstr("direction of " + turned));
+        const auto fit = Must(FitPart(input, {}));
+        EXPECT_NE(fit.verdict, Verdict::kGood) << turned;
+        EXPECT_THAT(fit.reason, HasSubstr("direction of " + turned));
       }
     }
   }
@@ -283,11 +261,9 @@ TEST(PartFit, AWildPointIsNamed) {
       MeasuredPoint& point = PointOf(input, id);
       point.at_mm += geometry::RotationFromAngles(kIdealFromMeasured.angles_rad).transpose() *
                      (off_mm * normal);
-      const auto fit = FitPart(input, {});
-      ASSERT_TRUE(fit) << fit.error().message;
-      EXPECT_EQ(fit->verdict, Verdict::kCannotTell) << fit->reason;
-      EXPECT_THAT(fit->reason, HasSubstr("point " + id + " is"));
-      EXPECT_TRUE(fit->targets.empty());
+      const auto fit = Must(FitPart(input, {}));
+      EXPECT_THAT(fit, Answers(Verdict::kCannotTell, "point " + id + " is"));
+      EXPECT_TRUE(fit.targets.empty());
     }
   }
 }
@@ -298,27 +274,22 @@ TEST(PartFit, ScaleBarsCorrectTheScaleOrRefuse) {
   input.points.push_back({"B2", InMeasurement({500, 0, 0}), 0.01, ""});
   input.bars = {{"B1", "B2", 1000, 0.002}};
   for (MeasuredPoint& point : input.points) point.at_mm *= 1.0003;
-  const auto fit = FitPart(input, {});
-  ASSERT_TRUE(fit);
-  ASSERT_EQ(fit->verdict, Verdict::kGood) << fit->reason;
-  EXPECT_NEAR(fit->scale, 1 / 1.0003, 1e-12);
-  EXPECT_NEAR(fit->uneven_mm, 0, 1e-8);
+  const auto fit = Good(FitPart(input, {}));
+  EXPECT_NEAR(fit.scale, 1 / 1.0003, 1e-12);
+  EXPECT_NEAR(fit.uneven_mm, 0, 1e-8);
   // sqrt(0.01² + 0.01² + 0.002²) of 1000 mm.
-  EXPECT_NEAR(fit->scale_sigma, 0.01428e-3, 1e-7);
+  EXPECT_NEAR(fit.scale_sigma, 0.01428e-3, 1e-7);
   input.bars[0].length_mm = 1005;
   EXPECT_THAT(FitPart(input, {})->reason, HasSubstr("scale of 1.00"));
   input.bars[0].length_mm = 1000;
   input.bars.push_back({"T54", "T55", 700.5, 0.002});
-  const auto contradict = FitPart(input, {});
-  EXPECT_EQ(contradict->verdict, Verdict::kRefused);
-  EXPECT_THAT(contradict->reason, HasSubstr("T54-T55"));
+  EXPECT_THAT(FitPart(input, {}), Answers(Verdict::kRefused, "T54-T55"));
 }
 
 TEST(PartFit, CovarianceOfTheTargetsIsTheirScatter) {
   PartFitInput clean = EvenBlock();
   PointOf(clean, "+x4").at_mm = InMeasurement({400 - 1.5, -25, 15});
-  const auto truth = FitPart(clean, {});
-  ASSERT_TRUE(truth);
+  const auto truth = Must(FitPart(clean, {}));
   const std::uint64_t seed = 92;
   Random random(seed);
   constexpr int kRepeats = 200;
@@ -328,26 +299,20 @@ TEST(PartFit, CovarianceOfTheTargetsIsTheirScatter) {
     for (MeasuredPoint& point : input.points) {
       for (double& mm : point.at_mm) mm += random.Normal(0, kSigma_mm);
     }
-    const auto fit = FitPart(input, {});
-    ASSERT_TRUE(fit);
-    ASSERT_EQ(fit->verdict, Verdict::kGood) << fit->reason;
+    const auto fit = Good(FitPart(input, {}));
     Eigen::VectorXd error(12);
     for (int i = 0; i < 4; ++i) {
       const auto at = static_cast<std::size_t>(i);
-      error.segment<3>(3 * i) = fit->targets[at].ideal_mm - truth->targets[at].ideal_mm;
+      error.segment<3>(3 * i) = fit.targets[at].ideal_mm - truth.targets[at].ideal_mm;
     }
-    distance += geometry::SquaredMahalanobisDistance(truth->covariance, error) / kRepeats;
+    distance += geometry::SquaredMahalanobisDistance(truth.covariance, error) / kRepeats;
   }
   // Chi-square of 12 degrees, mean of 200: four standard deviations are 4 sqrt(24 / 200) = 1.4.
   EXPECT_NEAR(distance, 12, 1.4) << "seed " << seed;
 }
 
 TEST(PartFit, WhatCannotBeIsNamed) {
-  const auto complaint = [](const PartFitInput& input) {
-    const auto fit = FitPart(input, {});
-    EXPECT_FALSE(fit);
-    return fit ? "" : fit.error().message;
-  };
+  const auto complaint = [](const PartFitInput& input) { return ErrorOf(FitPart(input, {})); };
   PartFitInput input = EvenBlock();
   input.points[3].at_mm.x() = std::numeric_limits<double>::quiet_NaN();
   EXPECT_THAT(complaint(input), HasSubstr("point -x3"));
@@ -377,9 +342,8 @@ TEST(PartFit, WhatCannotBeIsNamed) {
   for (int i = 0; i < 1001; ++i)
     input.points.push_back({"n" + std::to_string(i), Vector3d::Zero(), 1, ""});
   EXPECT_THAT(complaint(input), HasSubstr("at most 1000"));
-  const auto nothing = FitPart({}, {});
-  ASSERT_TRUE(nothing);
-  EXPECT_EQ(nothing->verdict, Verdict::kCannotTell);
+  const auto nothing = Must(FitPart({}, {}));
+  EXPECT_EQ(nothing.verdict, Verdict::kCannotTell);
 }
 
 }  // namespace

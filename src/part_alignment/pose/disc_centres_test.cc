@@ -10,6 +10,7 @@
 #include "geometry/decompositions.h"
 #include "geometry/linear_systems.h"
 #include "part_alignment/pose/alignment_test_support.h"
+#include "support/matchers.h"
 
 namespace trammel::part_alignment {
 namespace {
@@ -17,7 +18,6 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 using test_support::AlignmentWorld;
-using ::testing::HasSubstr;
 
 constexpr double kDiscSigma_px = 0.02;
 
@@ -97,15 +97,11 @@ TEST(DiscCentres, AWrongNormalOrRadiusIsRefusedByName) {
   Discs discs(Vector3d(0, 0, 1));
   const Measurement before = discs.measurement;
   for (const Vector3d& wrong : {Vector3d(0, 1, 0), Vector3d(0.3, 0, 1)}) {
-    const auto alignment = SolveByDiscs({}, {wrong, 0}, discs.seen, discs.measurement);
-    ASSERT_TRUE(alignment);
-    EXPECT_EQ(alignment->verdict, Verdict::kRefused);
-    EXPECT_THAT(alignment->reason, HasSubstr("state the targets' normal"));
+    EXPECT_THAT(SolveByDiscs({}, {wrong, 0}, discs.seen, discs.measurement),
+                Answers(Verdict::kRefused, "state the targets' normal"));
   }
-  const auto large = SolveByDiscs({}, {Vector3d::UnitZ(), 50}, discs.seen, discs.measurement);
-  ASSERT_TRUE(large);
-  EXPECT_EQ(large->verdict, Verdict::kRefused);
-  EXPECT_THAT(large->reason, HasSubstr("look as if their radius were 5.0"));
+  EXPECT_THAT(SolveByDiscs({}, {Vector3d::UnitZ(), 50}, discs.seen, discs.measurement),
+              Answers(Verdict::kRefused, "look as if their radius were 5.0"));
   EXPECT_EQ(discs.measurement.views[0].observations[0].column_px,
             before.views[0].observations[0].column_px);
   EXPECT_FALSE(SolveByDiscs({}, {Vector3d::Zero(), 0}, discs.seen, discs.measurement));

@@ -10,6 +10,7 @@
 #include "geometry/linear_systems.h"
 #include "part_alignment/pose/pose_problem.h"
 #include "part_alignment/pose/solve_test_support.h"
+#include "support/matchers.h"
 
 namespace trammel::part_alignment {
 using Eigen::Index;
@@ -221,21 +222,17 @@ TEST(TargetErrors, OfWhichNothingIsStatedWidenTheAnswer) {
 TEST(TargetErrors, OneWrongTargetAmongSoundOnesIsNamedAllTheSame) {
   AlignmentWorld world = Pictured(BenchWorld(300), 0.03, 7);
   world.targets_mm[1] += Eigen::Vector3d(0.6, -0.5, 0);
-  const auto alignment = Solve(MeasurementOf(world, 0.03), {});
-  ASSERT_TRUE(alignment);
-  ASSERT_EQ(alignment->verdict, Verdict::kGood) << alignment->reason;
-  EXPECT_THAT(alignment->notices, Contains(HasSubstr("left out: target T2")));
-  EXPECT_LT(*alignment->inputs.target_mm, 0.1);
+  const auto alignment = Good(Solve(MeasurementOf(world, 0.03), {}));
+  EXPECT_THAT(alignment.notices, Contains(HasSubstr("left out: target T2")));
+  EXPECT_LT(*alignment.inputs.target_mm, 0.1);
   EXPECT_LT(
-      (alignment->machine_from_part.translation_mm - world.machine_from_part.translation_mm).norm(),
+      (alignment.machine_from_part.translation_mm - world.machine_from_part.translation_mm).norm(),
       0.1);
 }
 
 TEST(TargetErrors, BeyondWhatTheAnswerMayBeUncertainByTellNothing) {
-  const auto alignment = Solve(MeasurementOf(WithTargetsOff(0.6, 5), 0.03), {});
-  ASSERT_TRUE(alignment);
-  EXPECT_EQ(alignment->verdict, Verdict::kCannotTell);
-  EXPECT_THAT(alignment->reason, HasSubstr("targets that are off by"));
+  EXPECT_THAT(Solve(MeasurementOf(WithTargetsOff(0.6, 5), 0.03), {}),
+              Answers(Verdict::kCannotTell, "targets that are off by"));
 }
 
 }  // namespace

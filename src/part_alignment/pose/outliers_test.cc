@@ -10,6 +10,7 @@
 #include "base/statistics.h"
 #include "geometry/linear_systems.h"
 #include "part_alignment/pose/solve_test_support.h"
+#include "support/matchers.h"
 
 namespace trammel::part_alignment {
 using Eigen::Matrix3d;
@@ -26,23 +27,18 @@ TEST(Solve, OneWrongObservationIsNamedAndLeftOut) {
   const AlignmentWorld world = Pictured(BenchWorld(), kSigma_px, 4);
   Measurement measurement = MeasurementOf(world, kSigma_px);
   measurement.views[3].observations[0].column_px += 5;
-  const auto alignment = Solve(measurement, Exact());
-  ASSERT_TRUE(alignment);
-  ASSERT_EQ(alignment->verdict, Verdict::kGood) << alignment->reason;
-  ASSERT_EQ(alignment->notices.size(), 1);
-  EXPECT_THAT(alignment->notices[0], StartsWith("left out: target T2 in view 4, "));
-  EXPECT_THAT(alignment->notices[0], HasSubstr(" px beside where the others put it"));
-  EXPECT_EQ(alignment->residuals[3].weight, 0);
-  EXPECT_NEAR(alignment->residuals[3].column_px, 5, 1);
+  const auto alignment = Good(Solve(measurement, Exact()));
+  ASSERT_EQ(alignment.notices.size(), 1);
+  EXPECT_THAT(alignment.notices[0], StartsWith("left out: target T2 in view 4, "));
+  EXPECT_THAT(alignment.notices[0], HasSubstr(" px beside where the others put it"));
+  EXPECT_EQ(alignment.residuals[3].weight, 0);
+  EXPECT_NEAR(alignment.residuals[3].column_px, 5, 1);
   EXPECT_LT(
-      (alignment->machine_from_part.translation_mm - world.machine_from_part.translation_mm).norm(),
+      (alignment.machine_from_part.translation_mm - world.machine_from_part.translation_mm).norm(),
       0.1);
   SolveOptions strict = Exact();
   strict.robust = false;
-  const auto refused = Solve(measurement, strict);
-  ASSERT_TRUE(refused);
-  EXPECT_EQ(refused->verdict, Verdict::kRefused);
-  EXPECT_THAT(refused->reason, HasSubstr("chi-square"));
+  EXPECT_THAT(Solve(measurement, strict), Answers(Verdict::kRefused, "chi-square"));
 }
 
 TEST(Solve, NeverNamesTheWrongObservation) {
@@ -59,10 +55,9 @@ TEST(Solve, NeverNamesTheWrongObservation) {
     const double angle = random.Uniform(0, 2 * std::numbers::pi);
     observation.column_px += 5 * std::cos(angle);
     observation.row_px += 5 * std::sin(angle);
-    const auto alignment = Solve(measurement, Exact());
-    ASSERT_TRUE(alignment);
-    if (alignment->verdict == Verdict::kGood) {
-      EXPECT_EQ(alignment->residuals[wrong].weight, 0);
+    const auto alignment = Must(Solve(measurement, Exact()));
+    if (alignment.verdict == Verdict::kGood) {
+      EXPECT_EQ(alignment.residuals[wrong].weight, 0);
       named += 1;
     }
   }
@@ -84,10 +79,8 @@ TEST(Solve, ExchangedIdsAreNamed) {
   Measurement measurement = MeasurementOf(world, kSigma_px);
   std::swap(measurement.views[2].observations[1].target,
             measurement.views[2].observations[3].target);
-  const auto alignment = Solve(measurement, Exact());
-  ASSERT_TRUE(alignment);
-  ASSERT_EQ(alignment->verdict, Verdict::kGood) << alignment->reason;
-  EXPECT_THAT(alignment->notices.at(0), HasSubstr("in view 3, which look exchanged"));
+  const auto alignment = Good(Solve(measurement, Exact()));
+  EXPECT_THAT(alignment.notices.at(0), HasSubstr("in view 3, which look exchanged"));
 }
 
 TEST(Solve, RefusesWhereTheRestCannotTellWhoIsWrong) {
@@ -95,10 +88,7 @@ TEST(Solve, RefusesWhereTheRestCannotTellWhoIsWrong) {
   world.views.resize(6);  // three targets
   Measurement measurement = MeasurementOf(Pictured(world, kSigma_px, 4), kSigma_px);
   measurement.targets[0].ideal_mm.x() += 3;
-  const auto alignment = Solve(measurement, Exact());
-  ASSERT_TRUE(alignment);
-  EXPECT_EQ(alignment->verdict, Verdict::kRefused);
-  EXPECT_THAT(alignment->reason, HasSubstr("without it: "));
+  EXPECT_THAT(Solve(measurement, Exact()), Answers(Verdict::kRefused, "without it: "));
 }
 
 // Eight targets on a part of 1.5 × 1 m, each in a picture from either side, one round after the
@@ -150,9 +140,8 @@ TEST(SolveContradiction, APartOfThePartThatMovedIsNeverGoodAndWrong) {
           const AlignmentWorld after = Pictured(world, kSigma_px, 5);
           for (std::size_t v = half_way ? 16 : 0; v < 32; ++v) before.views[v] = after.views[v];
           const auto alignment =
-              Solve(MeasurementOf(before, kSigma_px), stated ? Exact() : SolveOptions{});
-          ASSERT_TRUE(alignment);
-          const Verdict verdict = CheckedVerdict(still, *alignment);
+              Must(Solve(MeasurementOf(before, kSigma_px), stated ? Exact() : SolveOptions{}));
+          const Verdict verdict = CheckedVerdict(still, alignment);
           if (stated) EXPECT_NE(verdict, Verdict::kGood);
         }
       }
@@ -183,9 +172,8 @@ TEST(SolveContradiction, CodesReadAsOthersAreNeverGoodAndWrong) {
             }
           }
         }
-        const auto alignment = Solve(measurement, {});
-        ASSERT_TRUE(alignment);
-        (void)CheckedVerdict(world, *alignment);
+        const auto alignment = Must(Solve(measurement, {}));
+        (void)CheckedVerdict(world, alignment);
       }
     }
   }

@@ -6,6 +6,7 @@
 
 #include "part_alignment/pose/alignment_test_support.h"
 #include "part_alignment/pose/measurement.h"
+#include "support/matchers.h"
 
 namespace trammel::part_alignment {
 using Eigen::Vector3d;
@@ -25,10 +26,9 @@ TEST(Measurement, TheWholeChainIsThatOfAnIndependentProgram) {
   const Vector3d point =
       CameraFromPart(camera, clamping, view, {{100, -50, -700}, {0.02, -0.015, 0.4}}, {25, -10, 5});
   EXPECT_LT((point - Vector3d(7.370029958113, -19.644551796912, -144.658310686771)).norm(), 3e-12);
-  const auto pixel = Project(camera, point);
-  ASSERT_TRUE(pixel);
-  EXPECT_NEAR(pixel->x(), 1144.1885212726, 1e-9);
-  EXPECT_NEAR(pixel->y(), 1379.0316892935, 1e-9);
+  const auto pixel = Must(Project(camera, point));
+  EXPECT_NEAR(pixel.x(), 1144.1885212726, 1e-9);
+  EXPECT_NEAR(pixel.y(), 1379.0316892935, 1e-9);
 }
 
 const Unknowns kAll{true, true, true, true, true};
@@ -75,11 +75,10 @@ TEST(PoseProblem, AllDerivativesAreThoseOfFiniteDifferencesTo1e7) {
     world.camera.opencv = opencv;
     Random random(3);
     TakePictures(world, 0, random);
-    const auto problem = MakeProblem(MeasurementOf(world, 0.05), kAll);
-    ASSERT_TRUE(problem);
-    const Theta theta = SomewhereNear(*problem, world);
-    const Eigen::MatrixXd analytic = WeightedJacobian(*problem, theta);
-    const Eigen::MatrixXd numeric = Numeric(*problem, theta);
+    const auto problem = Must(MakeProblem(MeasurementOf(world, 0.05), kAll));
+    const Theta theta = SomewhereNear(problem, world);
+    const Eigen::MatrixXd analytic = WeightedJacobian(problem, theta);
+    const Eigen::MatrixXd numeric = Numeric(problem, theta);
     ASSERT_EQ(analytic.cols(), kMaxUnknowns);
     for (Eigen::Index k = 0; k < analytic.cols(); ++k) {
       EXPECT_GT(analytic.col(k).norm(), 0);

@@ -11,6 +11,7 @@
 
 #include "part_alignment/pose/alignment_test_support.h"
 #include "part_alignment/pose/solve.h"
+#include "support/matchers.h"
 
 namespace trammel::part_alignment {
 using test_support::AlignmentWorld;
@@ -76,13 +77,11 @@ TEST(PoseUncertainty, LinearPropagationHoldsForMachineTargetsAndClampingToo) {
   options.inputs.clamp_tilt_rad = 2e-5;
   options.inputs.focal_length_mm = 1e-4;
   options.inputs.camera_offset_mm = 0.01;
-  const auto linear = PropagateLinearly(bench.measurement, options, bench.state);
-  ASSERT_TRUE(linear) << linear.error().message;
+  const auto linear = Must(PropagateLinearly(bench.measurement, options, bench.state));
   Random random(kSeed);
   const auto simulated =
-      SimulateMeasurements(bench.measurement, options, bench.state, kTrials, random);
-  ASSERT_TRUE(simulated) << simulated.error().message;
-  ExpectAgreement(linear->covariance, *simulated);
+      Must(SimulateMeasurements(bench.measurement, options, bench.state, kTrials, random));
+  ExpectAgreement(linear.covariance, simulated);
 }
 
 /// A calibration whose focal length and distance, and whose middle and angles, go together.
@@ -114,17 +113,15 @@ TEST(PoseUncertainty, AnUncertainCalibrationMovesTheAnswerAsStated) {
         measurement.views[i].spindle_mm.z() -= 80;
       }
     }
-    const auto linear = PropagateLinearly(measurement, options, bench.state);
-    ASSERT_TRUE(linear) << linear.error().message;
+    const auto linear = Must(PropagateLinearly(measurement, options, bench.state));
     SolveOptions exact = options;
     exact.camera_covariance.reset();
-    const auto without = PropagateLinearly(measurement, exact, bench.state);
-    ASSERT_TRUE(without);
-    EXPECT_GT(linear->covariance(0, 0), 4 * without->covariance(0, 0));
+    const auto without = Must(PropagateLinearly(measurement, exact, bench.state));
+    EXPECT_GT(linear.covariance(0, 0), 4 * without.covariance(0, 0));
     Random random(kSeed);
-    const auto simulated = SimulateMeasurements(measurement, options, bench.state, kTrials, random);
-    ASSERT_TRUE(simulated) << simulated.error().message;
-    ExpectAgreement(linear->covariance, *simulated);
+    const auto simulated =
+        Must(SimulateMeasurements(measurement, options, bench.state, kTrials, random));
+    ExpectAgreement(linear.covariance, simulated);
   }
 }
 
@@ -172,9 +169,8 @@ TEST(PoseUncertainty, TooManyTargetsOfWhichNothingIsStatedAreRefusedWithWhatToSt
   for (int i = 0; i < 300; ++i) {
     bench.measurement.targets.push_back({fmt::format("more {}", i), {1.0 * i, 0, 0}});
   }
-  const auto many = PropagateLinearly(bench.measurement, {}, bench.state);
-  ASSERT_FALSE(many);
-  EXPECT_THAT(many.error().message, HasSubstr("state target_mm: 0 if they are exact"));
+  EXPECT_THAT(PropagateLinearly(bench.measurement, {}, bench.state),
+              FailsWith("state target_mm: 0 if they are exact"));
   EXPECT_TRUE(PropagateLinearly(bench.measurement, Exact(), bench.state));
 }
 
@@ -182,16 +178,13 @@ TEST(PoseUncertainty, ErrorsNameTheInput) {
   const Bench bench = PaperBench();
   SolveOptions options = Exact();
   options.inputs.target_mm = -1;
-  const auto negative = PropagateLinearly(bench.measurement, options, bench.state);
-  ASSERT_FALSE(negative);
-  EXPECT_THAT(negative.error().message, HasSubstr("target_mm is -1"));
+  EXPECT_THAT(PropagateLinearly(bench.measurement, options, bench.state),
+              FailsWith("target_mm is -1"));
   Random random(kSeed);
   EXPECT_FALSE(SimulateMeasurements(bench.measurement, Exact(), bench.state, 3, random));
   Bench few = bench;
   few.measurement.views.resize(2);
-  const auto short_of = PropagateLinearly(few.measurement, {}, few.state);
-  ASSERT_FALSE(short_of);
-  EXPECT_THAT(short_of.error().message, HasSubstr("do not determine"));
+  EXPECT_THAT(PropagateLinearly(few.measurement, {}, few.state), FailsWith("do not determine"));
   Bench away = bench;
   away.state.machine_from_part.translation_mm.z() += 5000;
   EXPECT_FALSE(PropagateLinearly(away.measurement, {}, away.state));

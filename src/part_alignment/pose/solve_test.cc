@@ -13,6 +13,7 @@
 #include "geometry/decompositions.h"
 #include "geometry/linear_systems.h"
 #include "part_alignment/pose/solve_test_support.h"
+#include "support/matchers.h"
 
 namespace trammel::part_alignment {
 using Eigen::Matrix3d;
@@ -83,13 +84,12 @@ TEST(Solve, NeverBelievesACameraThatLooksTheOtherWay) {
       }
       if ((wrong & 2) != 0) camera.taper_from_camera.angles_rad.x() += std::numbers::pi;
       if ((wrong & 4) != 0) camera.taper_from_camera.translation_mm.z() *= -1;
-      const auto alignment = Solve(measurement, Exact());
-      ASSERT_TRUE(alignment);
-      EXPECT_NE(alignment->verdict, Verdict::kGood)
+      const auto alignment = Must(Solve(measurement, Exact()));
+      EXPECT_NE(alignment.verdict, Verdict::kGood)
           << "Z off by "
-          << alignment->machine_from_part.translation_mm.z() -
+          << alignment.machine_from_part.translation_mm.z() -
                  world.machine_from_part.translation_mm.z();
-      if (wrong == 1) EXPECT_THAT(alignment->reason, HasSubstr("looks back at the spindle"));
+      if (wrong == 1) EXPECT_THAT(alignment.reason, HasSubstr("looks back at the spindle"));
     }
   }
 }
@@ -98,10 +98,8 @@ TEST(Solve, SpeaksOfACameraThatIsClampedTheOtherWayRound) {
   const AlignmentWorld world = BenchWorld();
   Measurement measurement = MeasurementOf(Pictured(world), kSigma_px);
   for (View& view : measurement.views) view.spindle_mm.head<2>() *= -1;
-  const auto alignment = Solve(measurement, Exact());
-  ASSERT_TRUE(alignment);
-  ASSERT_EQ(alignment->verdict, Verdict::kGood) << alignment->reason;
-  EXPECT_THAT(alignment->notices, Contains(HasSubstr("two axes have the wrong sign")));
+  const auto alignment = Good(Solve(measurement, Exact()));
+  EXPECT_THAT(alignment.notices, Contains(HasSubstr("two axes have the wrong sign")));
 }
 
 TEST(Solve, MeasuresAlongYInALargeMachine) {
@@ -187,10 +185,9 @@ TEST(Solve, EccentricityTiltAndFocalLengthComeBackWhereTheViewsTellThem) {
   world = Pictured(world);
   Measurement measurement = MeasurementOf(world, kSigma_px);
   measurement.camera.focal_length_mm += 0.01;
-  const auto alignment = Solve(measurement, options);
-  ASSERT_TRUE(alignment);
-  ExpectTruth(world, *alignment);
-  EXPECT_NEAR(alignment->focal_length_mm, 6.189, 1e-9);
+  const auto alignment = Must(Solve(measurement, options));
+  ExpectTruth(world, alignment);
+  EXPECT_NEAR(alignment.focal_length_mm, 6.189, 1e-9);
 }
 
 TEST(Solve, FourLinesOfSightAreEnoughForSevenUnknowns) {
@@ -206,9 +203,8 @@ TEST(Solve, FourLinesOfSightAreEnoughForSevenUnknowns) {
 TEST(Solve, TooFewLinesOfSightAreCounted) {
   AlignmentWorld world = BenchWorld();
   world.views.resize(3);
-  const Alignment alignment = Solved(Pictured(world, kSigma_px, 2), Exact());
-  EXPECT_EQ(alignment.verdict, Verdict::kCannotTell);
-  EXPECT_THAT(alignment.reason, HasSubstr("7 unknowns need at least 4 lines of sight"));
+  EXPECT_THAT(Solved(Pictured(world, kSigma_px, 2), Exact()),
+              Answers(Verdict::kCannotTell, "7 unknowns need at least 4 lines of sight"));
   world.views.resize(1);
   EXPECT_EQ(Solved(Pictured(world, kSigma_px, 2), Exact()).verdict, Verdict::kCannotTell);
 }
@@ -342,9 +338,8 @@ TEST(Solve, IdenticalLeversAreToldWithTheDirection) {
   AlignmentWorld world = BenchWorld();
   LookFrom(world, [](std::size_t) { return Vector2d(30, 0); });
   const Alignment alignment = Solved(Pictured(world, kSigma_px, 2), Exact());
-  EXPECT_EQ(alignment.verdict, Verdict::kCannotTell);
-  EXPECT_THAT(alignment.reason, HasSubstr("the clamp angle"));
-  EXPECT_THAT(alignment.reason, HasSubstr("no target is seen from two different positions"));
+  EXPECT_THAT(alignment, Answers(Verdict::kCannotTell, "the clamp angle",
+                                 "no target is seen from two different positions"));
   EXPECT_LT(alignment.observability.rank, 7);
 }
 
@@ -358,18 +353,16 @@ TEST(Solve, RadialLeversAliasWithThePartsRotation) {
     const Vector2d across = world.targets_mm[target].head<2>() / 20;
     world.views.push_back(ViewOf(world, target, Matrix3d::Identity(), 300, across));
   }
-  const Alignment alignment = Solved(Pictured(world, kSigma_px, 2), Exact());
-  EXPECT_EQ(alignment.verdict, Verdict::kCannotTell) << alignment.reason;
-  EXPECT_THAT(alignment.reason,
-              HasSubstr("the clamp angle cannot be told from the part's rotation about Z"));
+  EXPECT_THAT(Solved(Pictured(world, kSigma_px, 2), Exact()),
+              Answers(Verdict::kCannotTell,
+                      "the clamp angle cannot be told from the part's rotation about Z"));
 }
 
 TEST(Solve, NearlyUnobservablePlansAreJudgedByTheirUncertainty) {
   AlignmentWorld world = BenchWorld();
   LookFrom(world, [](std::size_t i) { return Vector2d(i % 2 == 0 ? 30 : 30.3, 0); });
   const Alignment alignment = Solved(Pictured(world, kSigma_px, 2), Exact());
-  EXPECT_EQ(alignment.verdict, Verdict::kCannotTell);
-  EXPECT_THAT(alignment.reason, HasSubstr("known to"));
+  EXPECT_THAT(alignment, Answers(Verdict::kCannotTell, "known to"));
   EXPECT_EQ(alignment.observability.rank, 7);
   EXPECT_THAT(alignment.reason, HasSubstr("cannot be told well enough from"));
 }
@@ -377,10 +370,9 @@ TEST(Solve, NearlyUnobservablePlansAreJudgedByTheirUncertainty) {
 TEST(Solve, EccentricityAtOneOrientationIsToldFromNothing) {
   SolveOptions options = Exact();
   options.unknowns.clamp_eccentricity = true;
-  const Alignment alignment = Solved(Pictured(BenchWorld(), kSigma_px, 2), options);
-  EXPECT_EQ(alignment.verdict, Verdict::kCannotTell);
-  EXPECT_THAT(alignment.reason, HasSubstr("the clamp eccentricity in"));
-  EXPECT_THAT(alignment.reason, HasSubstr("same orientation of the spindle"));
+  EXPECT_THAT(Solved(Pictured(BenchWorld(), kSigma_px, 2), options),
+              Answers(Verdict::kCannotTell, "the clamp eccentricity in",
+                      "same orientation of the spindle"));
 }
 
 // Given the advised views, the same measurement is good.

@@ -13,6 +13,7 @@
 
 #include "machine/net/host_clock.h"
 #include "part_alignment/procedure/align_route.h"
+#include "support/matchers.h"
 
 namespace trammel::procedure {
 namespace {
@@ -38,11 +39,10 @@ RouteOptions BlockRoute() {
 
 TEST(RouteThrough, CrossesOnlyAtTheSafeHeightAndEndsThere) {
   const auto way =
-      RouteThrough({-200, -200, 300}, {At(100, 100, 550), At(400, 200, 560)}, BlockRoute());
-  ASSERT_TRUE(way) << way.error().message;
+      Must(RouteThrough({-200, -200, 300}, {At(100, 100, 550), At(400, 200, 560)}, BlockRoute()));
   Vector3d last(-200, -200, 300);
   std::vector<int> views;
-  for (const Waypoint& point : *way) {
+  for (const Waypoint& point : way) {
     const bool across = point.spindle_mm.head<2>() != last.head<2>();
     if (across) {
       EXPECT_EQ(point.spindle_mm.z(), 700);
@@ -57,9 +57,7 @@ TEST(RouteThrough, CrossesOnlyAtTheSafeHeightAndEndsThere) {
 
 TEST(RouteThrough, RefusesAViewInWhichTheCameraTouchesThePart) {
   const auto way = RouteThrough({0, 0, 700}, {At(100, 100, 499)}, BlockRoute());  // lower end at 99
-  ASSERT_FALSE(way);
-  EXPECT_EQ(way.error().kind, ErrorKind::kSafety);
-  EXPECT_THAT(way.error().message, HasSubstr("too near to obstacle 1"));
+  ASSERT_THAT(way, FailsWith(ErrorKind::kSafety, "too near to obstacle 1"));
   EXPECT_TRUE(RouteThrough({0, 0, 700}, {At(100, 100, 501)}, BlockRoute()));
   // Beside the part, by more than the camera's radius.
   EXPECT_TRUE(RouteThrough({0, 0, 700}, {At(100, -61, 450)}, BlockRoute()));
@@ -69,14 +67,12 @@ TEST(RouteThrough, RefusesAViewInWhichTheCameraTouchesThePart) {
 TEST(RouteThrough, RefusesASafeHeightThatIsNone) {
   RouteOptions options = BlockRoute();
   options.safe_z_mm = 480;  // the camera would cut through the part on its way across
-  const auto way = RouteThrough({-200, 150, 480}, {At(700, 150, 470)}, options);
-  ASSERT_FALSE(way);
-  EXPECT_THAT(way.error().message, HasSubstr("raise the safe height"));
+  EXPECT_THAT(RouteThrough({-200, 150, 480}, {At(700, 150, 470)}, options),
+              FailsWith("raise the safe height"));
   options = BlockRoute();
   options.travel.high_mm.z() = 690;
   const auto outside = RouteThrough({0, 0, 600}, {At(100, 100, 600)}, options);
-  ASSERT_FALSE(outside);
-  EXPECT_EQ(outside.error().kind, ErrorKind::kSafety);
+  ASSERT_THAT(outside, FailsWith(ErrorKind::kSafety));
   EXPECT_THAT(outside.error().message, HasSubstr("the safe height 700.0 lies outside the travel"));
 }
 
@@ -84,10 +80,9 @@ TEST(RouteThrough, RefusesATravelThatIsNoNumberOrTheWrongWayRound) {
   for (const double most : {double{NAN}, -2e6}) {
     RouteOptions options = BlockRoute();
     options.travel.high_mm.y() = most;
-    const auto way = RouteThrough({0, 0, 700}, {At(0, 0, 600)}, options);
-    ASSERT_FALSE(way) << most;
-    EXPECT_EQ(way.error().kind, ErrorKind::kSafety);
-    EXPECT_THAT(way.error().message, HasSubstr("the travel reaches from"));
+    EXPECT_THAT(RouteThrough({0, 0, 700}, {At(0, 0, 600)}, options),
+                FailsWith(ErrorKind::kSafety, "the travel reaches from"))
+        << most;
   }
 }
 
@@ -111,10 +106,8 @@ TEST(RouteThrough, RefusesWhatCannotBeDriven) {
 
 TEST(RouteThrough, RefusesToSetOutFromWhereTheSpindleCannotBe) {
   for (const Vector3d& start : {Vector3d(0, 0, 1e300), Vector3d(-2e5, 0, 700)}) {
-    const auto way = RouteThrough(start, {At(100, 100, 550)}, BlockRoute());
-    ASSERT_FALSE(way);
-    EXPECT_EQ(way.error().kind, ErrorKind::kSafety);
-    EXPECT_THAT(way.error().message, HasSubstr("the spindle stands at X"));
+    EXPECT_THAT(RouteThrough(start, {At(100, 100, 550)}, BlockRoute()),
+                FailsWith(ErrorKind::kSafety, "the spindle stands at X"));
   }
   RouteOptions options = BlockRoute();
   options.travel.high_mm = {600, 400, 800};
@@ -158,19 +151,15 @@ TEST(MeasurePart, ASpindleThatMovesWhileThePictureIsTakenEndsIt) {
     made.at_mm.x() += 0.02;
     return CapturedFrame();
   };
-  const auto outcome = MeasurePart(made.plan, made.options, made.shop);
-  ASSERT_FALSE(outcome);
-  EXPECT_EQ(outcome.error().kind, ErrorKind::kMachine);
-  EXPECT_THAT(outcome.error().message, HasSubstr("view 1: the spindle moved by 0.020 mm"));
+  EXPECT_THAT(MeasurePart(made.plan, made.options, made.shop),
+              FailsWith(ErrorKind::kMachine, "view 1: the spindle moved by 0.020 mm"));
   EXPECT_THAT(made.kept, ElementsAre(0));
 }
 
 TEST(MeasurePart, APictureIsKeptBeforeItIsFoundToBeNone) {
   Shop made;
-  const auto outcome = MeasurePart(made.plan, made.options, made.shop);
-  ASSERT_FALSE(outcome);
-  EXPECT_EQ(outcome.error().kind, ErrorKind::kMeasurement);
-  EXPECT_THAT(outcome.error().message, HasSubstr("view 1: frame of 0 bytes"));
+  EXPECT_THAT(MeasurePart(made.plan, made.options, made.shop),
+              FailsWith(ErrorKind::kMeasurement, "view 1: frame of 0 bytes"));
   EXPECT_THAT(made.kept, ElementsAre(0));
 }
 
@@ -179,9 +168,7 @@ TEST(MeasurePart, AFullDiskEndsItBeforeTheNextMove) {
   made.shop.keep_picture = [](std::size_t, const CapturedFrame&) -> Result<void> {
     return Fail("no space left on device");
   };
-  const auto outcome = MeasurePart(made.plan, made.options, made.shop);
-  ASSERT_FALSE(outcome);
-  EXPECT_THAT(outcome.error().message, HasSubstr("view 1: no space left"));
+  EXPECT_THAT(MeasurePart(made.plan, made.options, made.shop), FailsWith("view 1: no space left"));
   EXPECT_EQ(made.at_mm, Vector3d(0, 0, 500));
 }
 
@@ -226,10 +213,9 @@ TEST(StillPictures, OnceTimesAreToldAPictureWithoutOneDoesNotCount) {
   StillPictures pictures(camera, 0);
   bool told = false;
   for (int i = 0; i < 20; ++i) {
-    const auto frame = pictures.Take({});
-    ASSERT_TRUE(frame) << frame.error().message;
-    EXPECT_TRUE(frame->captured || !told) << i;
-    told = told || frame->captured;
+    const auto frame = Must(pictures.Take({}));
+    EXPECT_TRUE(frame.captured || !told) << i;
+    told = told || frame.captured;
   }
   EXPECT_TRUE(told);
 }
@@ -241,9 +227,8 @@ TEST(StillPictures, ALivePictureWasTakenAfterTheMachineHadSettled) {
     StillPictures pictures(camera, kSettle_s);
     for (int i = 0; i < 3; ++i) {
       const double asked_s = HostNow();
-      const auto frame = pictures.Take({});
-      ASSERT_TRUE(frame) << frame.error().message;
-      const double taken_s = stamped ? frame->captured->time_s : frame->arrival_s;
+      const auto frame = Must(pictures.Take({}));
+      const double taken_s = stamped ? frame.captured->time_s : frame.arrival_s;
       EXPECT_GE(taken_s, asked_s + kSettle_s);
     }
   }
@@ -266,8 +251,7 @@ TEST(StillPictures, ACameraThatEndsAndAStopAreErrors) {
   const double asked_s = HostNow();
   const auto stopped = more.Take(stop.get_token());
   stopper.join();
-  ASSERT_FALSE(stopped);
-  EXPECT_EQ(stopped.error().kind, ErrorKind::kInterrupted);
+  ASSERT_THAT(stopped, FailsWith(ErrorKind::kInterrupted));
   EXPECT_LT(HostNow() - asked_s, 5);
 }
 

@@ -6,11 +6,11 @@
 #include <deque>
 
 #include "part_alignment/procedure/start_dialogue.h"
+#include "support/matchers.h"
 
 namespace trammel::procedure {
 namespace {
 
-using ::testing::AllOf;
 using ::testing::HasSubstr;
 using ::testing::Not;
 
@@ -53,25 +53,20 @@ TEST(StartDialogue, AsksAgainUntilAnAnswerDoesAndTakesAnEmptyLineForTheFallback)
   ScriptedOperator person({"", "1,2", " 1,2,-3.5 ", ""});
   std::string said;
   StartAnswers answers;
-  const auto asked = AnswerQuestions(
-      Questions(), &person, [&](const std::string& text) { said += text; }, answers);
-  ASSERT_TRUE(asked) << asked.error().message;
+  Must(AnswerQuestions(
+      Questions(), &person, [&](const std::string& text) { said += text; }, answers));
   EXPECT_EQ(answers, (StartAnswers{{"rough", "1,2,-3.5"}, {"distance", "300"}}));
-  EXPECT_THAT(said, AllOf(HasSubstr("an answer is needed, such as 400,250,-450\n"),
-                          HasSubstr("\"1,2\" is not 3 numbers"),
-                          HasSubstr("from camera to target, mm [300]: ")));
+  EXPECT_THAT(said, Containing("an answer is needed, such as 400,250,-450\n",
+                               "\"1,2\" is not 3 numbers", "from camera to target, mm [300]: "));
 }
 
 TEST(StartDialogue, EndsWithThePersonWhoHasNoAnswer) {
   ScriptedOperator person({"", "", "", "", ""});
   std::string said;
   StartAnswers answers;
-  const auto asked = AnswerQuestions(
-      Questions(), &person, [&](const std::string& text) { said += text; }, answers);
-  ASSERT_FALSE(asked);
-  EXPECT_EQ(asked.error().kind, ErrorKind::kInput);
-  EXPECT_THAT(asked.error().message,
-              AllOf(HasSubstr("--rough 400,250,-450"), HasSubstr("about where the part's")));
+  EXPECT_THAT(AnswerQuestions(
+                  Questions(), &person, [&](const std::string& text) { said += text; }, answers),
+              FailsWith(ErrorKind::kInput, "--rough 400,250,-450", "about where the part's"));
 }
 
 TEST(StartDialogue, AsksNothingThatWasAnsweredBeforehand) {
@@ -86,29 +81,25 @@ TEST(StartDialogue, AsksNothingThatWasAnsweredBeforehand) {
 
 TEST(StartDialogue, WithoutAPersonNamesAllOptionsThatAreMissing) {
   StartAnswers answers{{"distance", "250"}};
-  const auto asked = AnswerQuestions(
-      Questions(), nullptr, [](const std::string&) {}, answers);
-  ASSERT_FALSE(asked);
-  EXPECT_THAT(asked.error().message, AllOf(HasSubstr("no terminal"), HasSubstr("--rough: about"),
-                                           Not(HasSubstr("--distance"))));
+  EXPECT_THAT(AnswerQuestions(
+                  Questions(), nullptr, [](const std::string&) {}, answers),
+              FailsWith("no terminal", "--rough: about", Not(HasSubstr("--distance"))));
   answers = {{"rough", "1,2,3"}};
   ASSERT_TRUE(AnswerQuestions(
       Questions(), nullptr, [](const std::string&) {}, answers));
   EXPECT_EQ(answers["distance"], "300");
   answers = {{"rough", "1,2,nan"}};
-  const auto wrong = AnswerQuestions(
-      Questions(), nullptr, [](const std::string&) {}, answers);
-  ASSERT_FALSE(wrong);
-  EXPECT_THAT(wrong.error().message, HasSubstr("--rough: \"1,2,nan\" is not 3 numbers"));
+  EXPECT_THAT(AnswerQuestions(
+                  Questions(), nullptr, [](const std::string&) {}, answers),
+              FailsWith("--rough: \"1,2,nan\" is not 3 numbers"));
 }
 
 TEST(StartDialogue, EndsWithThePersonWhoGoesAway) {
   ScriptedOperator person({"1,2,3"});
   StartAnswers answers;
-  const auto asked = AnswerQuestions(
-      Questions(), &person, [](const std::string&) {}, answers);
-  ASSERT_FALSE(asked);
-  EXPECT_EQ(asked.error().kind, ErrorKind::kInterrupted);
+  EXPECT_THAT(AnswerQuestions(
+                  Questions(), &person, [](const std::string&) {}, answers),
+              FailsWith(ErrorKind::kInterrupted));
 }
 
 TEST(StartDialogue, ReadsBoxes) {
@@ -217,14 +208,13 @@ TEST(StartChecks, NameATravelThatIsNoneAndASafeHeightOutsideOfIt) {
 }
 
 TEST(StartChecks, FindThePrefixOfTargetsAndCodesThatThereAreNot) {
-  const auto book = part_alignment::MakeCodeBook(14);
-  ASSERT_TRUE(book);
-  const TargetIds sound = CheckIds({{"T1", {}}, {"T44", {}}}, *book);
+  const auto book = Must(part_alignment::MakeCodeBook(14));
+  const TargetIds sound = CheckIds({{"T1", {}}, {"T44", {}}}, book);
   EXPECT_EQ(sound.prefix, "T");
   EXPECT_TRUE(sound.contradictions.empty());
-  EXPECT_EQ(CheckIds({{"7", {}}}, *book).prefix, "");
+  EXPECT_EQ(CheckIds({{"7", {}}}, book).prefix, "");
   for (const char* id : {"T45", "U2", "T", "T02", "T99999999999999999999"}) {
-    const TargetIds wrong = CheckIds({{"T1", {}}, {id, {}}}, *book);
+    const TargetIds wrong = CheckIds({{"T1", {}}, {id, {}}}, book);
     ASSERT_EQ(wrong.contradictions.size(), 1U) << id;
     EXPECT_THAT(wrong.contradictions[0].what, HasSubstr(fmt::format("target {} is no code", id)));
   }

@@ -8,6 +8,7 @@
 #include "part_alignment/camera/camera_convert.h"
 #include "part_alignment/report/calibration_report.h"
 #include "part_alignment/report/part_fit_report.h"
+#include "support/matchers.h"
 
 namespace trammel::report {
 namespace {
@@ -103,8 +104,7 @@ TEST(PartMetrology, ThePageEscapesWhatComesFromOutside) {
   const std::string page = PartFitPage({}, fit, {});
   EXPECT_EQ(test::XmlProblem(page), "");
   EXPECT_THAT(page, Not(HasSubstr("<script>")));
-  EXPECT_THAT(page, HasSubstr("&lt;script&gt;"));
-  EXPECT_THAT(page, HasSubstr("head refused"));
+  EXPECT_THAT(page, Containing("&lt;script&gt;", "head refused"));
 }
 
 TEST(PartMetrology, ThePageOfAFitHasEachTargetInWords) {
@@ -118,9 +118,8 @@ TEST(PartMetrology, ThePageOfAFitHasEachTargetInWords) {
   fit.covariance = 1e-4 * Eigen::Matrix3d::Identity();
   const std::string page = PartFitPage(input, fit, {});
   EXPECT_EQ(test::XmlProblem(page), "");
-  EXPECT_THAT(page, HasSubstr("0.580 mm <small>stock allowance at least"));
-  EXPECT_THAT(page, HasSubstr("rests on  p1 (top)"));
-  EXPECT_THAT(page, HasSubstr("target    T&lt;1&gt;"));
+  EXPECT_THAT(page, Containing("0.580 mm <small>stock allowance at least", "rests on  p1 (top)",
+                               "target    T&lt;1&gt;"));
 }
 
 }  // namespace

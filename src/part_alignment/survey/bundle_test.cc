@@ -21,6 +21,7 @@
 #include "part_alignment/survey/network.h"
 #include "part_alignment/survey/orientation.h"
 #include "part_alignment/survey/survey_world_test_support.h"
+#include "support/matchers.h"
 
 namespace trammel::part_alignment {
 using Eigen::Vector3d;
@@ -52,29 +53,27 @@ TEST(Lens, ProjectsAsOpenCvDoes) {
 TEST(Lens, DerivativesAreThoseOfFiniteDifferences) {
   const Lens lens = Bent();
   const Eigen::Vector3d at(0.6, -0.4, 1.1);
-  const auto projection = ProjectLens(lens, at);
-  ASSERT_TRUE(projection);
+  const auto projection = Must(ProjectLens(lens, at));
   constexpr double kStep = 1e-6;
   for (int i = 0; i < 3; ++i) {
     const Eigen::Vector3d step = kStep * Eigen::Vector3d::Unit(i);
     const Eigen::Vector2d slope =
         (ProjectLens(lens, at + step)->pixel - ProjectLens(lens, at - step)->pixel) / (2 * kStep);
-    EXPECT_LT((slope - projection->by_point.col(i)).norm(), 1e-4) << i;
+    EXPECT_LT((slope - projection.by_point.col(i)).norm(), 1e-4) << i;
   }
   for (int i = 0; i < kLensParameters; ++i) {
     const Lens step = kStep * Lens::Unit(i);
     const Eigen::Vector2d slope =
         (ProjectLens(lens + step, at)->pixel - ProjectLens(lens - step, at)->pixel) / (2 * kStep);
-    EXPECT_LT((slope - projection->by_lens.col(i)).norm(), 1e-4) << kLensParameterNames.at(i);
+    EXPECT_LT((slope - projection.by_lens.col(i)).norm(), 1e-4) << kLensParameterNames.at(i);
   }
 }
 
 TEST(Lens, ObservationLineGoesThroughWhatIsProjected) {
   const Lens lens = Bent();
   const Eigen::Vector3d at(0.6, -0.4, 1.1);
-  const auto line = ObservationLine(lens, ProjectLens(lens, at)->pixel);
-  ASSERT_TRUE(line);
-  EXPECT_LT((*line - at.normalized()).norm(), 1e-12);
+  const auto line = Must(ObservationLine(lens, ProjectLens(lens, at)->pixel));
+  EXPECT_LT((line - at.normalized()).norm(), 1e-12);
 }
 
 TEST(Lens, HasNoPixelBehindTheCameraAndNoLineBeyondAFold) {
@@ -204,12 +203,11 @@ TEST(Resect, FindsTheStationAmongWrongObservations) {
     const Station truth = Anywhere(random);
     Network network = PointsSeenFrom(truth, random);
     for (std::size_t i = 0; i < 6; ++i) network.observations[i].pixel.x() += 300;
-    const auto found = Resect(network, AllOf(network), 3, random);
-    ASSERT_TRUE(found);
-    EXPECT_EQ(found->observations, 20U);
-    EXPECT_EQ(found->agreeing, 14U);
-    EXPECT_LT((found->station.place - truth.place).norm(), 1e-6);
-    EXPECT_LT(TurnBetween(found->station.rotation, truth.rotation), 1e-6);
+    const auto found = Must(Resect(network, AllOf(network), 3, random));
+    EXPECT_EQ(found.observations, 20U);
+    EXPECT_EQ(found.agreeing, 14U);
+    EXPECT_LT((found.station.place - truth.place).norm(), 1e-6);
+    EXPECT_LT(TurnBetween(found.station.rotation, truth.rotation), 1e-6);
   }
 }
 
@@ -225,11 +223,10 @@ TEST(FitStation, FindsTheFocalLengthOfOnePicture) {
   Station truth = Anywhere(random);
   Network network = PointsSeenFrom(truth, random);
   network.lens[kFocal] *= 1.02;
-  const auto fit = FitStation(network, AllOf(network), truth, 0, true);
-  ASSERT_TRUE(fit);
-  EXPECT_NEAR(fit->focal_px, 2773, 1e-3);
-  EXPECT_GT(fit->focal_sigma_px, 0.001);
-  EXPECT_LT(fit->focal_sigma_px, 10);
+  const auto fit = Must(FitStation(network, AllOf(network), truth, 0, true));
+  EXPECT_NEAR(fit.focal_px, 2773, 1e-3);
+  EXPECT_GT(fit.focal_sigma_px, 0.001);
+  EXPECT_LT(fit.focal_sigma_px, 10);
 }
 
 /// A network at the world's truth, its observations noisy.

@@ -14,6 +14,7 @@
 #include "base/random.h"
 #include "base/statistics.h"
 #include "part_alignment/survey/survey_test_support.h"
+#include "support/matchers.h"
 
 namespace trammel::part_alignment {
 namespace {
@@ -187,9 +188,7 @@ TEST(Survey, LeavesOutAPictureOfAnotherPart) {
 TEST(Survey, RefusesPicturesOfDifferentSizes) {
   SurveyInput input = test::Photograph(SmallWorld(15), 15);
   std::swap(input.pictures[4].width_px, input.pictures[4].height_px);
-  const Survey survey = Solved(input);
-  EXPECT_EQ(survey.verdict, Verdict::kRefused);
-  EXPECT_THAT(survey.reason, HasSubstr("p5 has 3000 x 4000 px"));
+  EXPECT_THAT(Solved(input), Answers(Verdict::kRefused, "p5 has 3000 x 4000 px"));
 }
 
 TEST(Survey, CannotTellFromTooFewPictures) {
@@ -197,9 +196,8 @@ TEST(Survey, CannotTellFromTooFewPictures) {
   for (const int pictures : {0, 1, 5}) {
     SCOPED_TRACE(pictures);
     scene.pictures = pictures;
-    const Survey survey = Solved(test::Photograph(test::MakeSurveyWorld(scene, 18), 18));
-    EXPECT_EQ(survey.verdict, Verdict::kCannotTell);
-    EXPECT_THAT(survey.reason, HasSubstr("pictures show four coded targets or more"));
+    EXPECT_THAT(Solved(test::Photograph(test::MakeSurveyWorld(scene, 18), 18)),
+                Answers(Verdict::kCannotTell, "pictures show four coded targets or more"));
   }
   scene.pictures = 40;
   SurveyInput input = test::Photograph(test::MakeSurveyWorld(scene, 18), 18);
@@ -216,9 +214,7 @@ TEST(Survey, CannotTellFromTwoPartsThatHangTogetherNowhere) {
     for (auto& observation : input.pictures[s].observations)
       observation.target = "other " + observation.target;
   }
-  const Survey survey = Solved(input);
-  EXPECT_EQ(survey.verdict, Verdict::kCannotTell);
-  EXPECT_THAT(survey.reason, HasSubstr("hang together"));
+  EXPECT_THAT(Solved(input), Answers(Verdict::kCannotTell, "hang together"));
 }
 
 // Whatever the pictures show: an answer that is not good.
@@ -249,9 +245,7 @@ TEST(Survey, HasNoCoordinatesOfNonsense) {
 TEST(Survey, NamesAFocalLengthInAnotherUnit) {
   SurveyInput input = test::Photograph(SmallWorld(23), 23);
   input.focal_length_px = 24;  // mm
-  const Survey survey = Solved(input);
-  EXPECT_EQ(survey.verdict, Verdict::kCannotTell);
-  EXPECT_THAT(survey.reason, HasSubstr("focal length that is given, 24 px"));
+  EXPECT_THAT(Solved(input), Answers(Verdict::kCannotTell, "focal length that is given, 24 px"));
 }
 
 TEST(Survey, RefusesInputThatCannotBe) {
@@ -289,9 +283,7 @@ TEST(Survey, RefusesInputThatCannotBe) {
   for (const Row& row : rows) {
     SurveyInput input = sound;
     row.spoil(input);
-    const auto survey = SolveSurvey(input, {});
-    ASSERT_FALSE(survey) << row.words;
-    EXPECT_THAT(survey.error().message, HasSubstr(row.words));
+    EXPECT_THAT(SolveSurvey(input, {}), FailsWith(row.words)) << row.words;
   }
 }
 

@@ -8,6 +8,7 @@
 #include "base/statistics.h"
 #include "part_alignment/survey/survey.h"
 #include "part_alignment/survey/survey_world_test_support.h"
+#include "support/matchers.h"
 
 namespace trammel::part_alignment {
 
@@ -22,11 +23,7 @@ inline test::SurveyWorld SmallWorld(std::uint64_t seed) {
   return test::MakeSurveyWorld(SmallScene(), seed);
 }
 
-inline Survey Solved(const SurveyInput& input) {
-  const auto survey = SolveSurvey(input, {});
-  EXPECT_TRUE(survey) << (survey ? "" : survey.error().message);
-  return survey ? *survey : Survey{};
-}
+inline Survey Solved(const SurveyInput& input) { return Must(SolveSurvey(input, {})); }
 
 /// True if the coordinates' errors exceed the covariance, by a chance of 1e-5.
 inline bool IsWrong(const test::SurveyWorld& world, const Survey& survey) {

@@ -11,6 +11,7 @@
 
 #include "part_alignment/targets/quieten.h"
 #include "part_alignment/targets/ring_reader.h"
+#include "support/matchers.h"
 #include "support/target_picture.h"
 
 namespace trammel::part_alignment {
@@ -22,7 +23,6 @@ using test::DrawnTarget;
 using test::Expose;
 using test::GreyImage;
 using test::Look;
-using ::testing::HasSubstr;
 using ::testing::SizeIs;
 
 constexpr double kTilt30 = std::numbers::pi / 6;
@@ -336,9 +336,8 @@ TEST(TargetFinder, FindsNoCodeInAThousandPicturesOfClutter) {
   for (int i = 0; i < 1000; ++i) {
     Random random(kSeed + static_cast<std::uint64_t>(i));
     const Page page = test::Clutter(200, 150, random);
-    const auto found = FindTargets(page.view(), book, {}, workspace);
-    ASSERT_TRUE(found);
-    codes += static_cast<int>(found->targets.size());
+    const auto found = Must(FindTargets(page.view(), book, {}, workspace));
+    codes += static_cast<int>(found.targets.size());
   }
   EXPECT_EQ(codes, 0) << "seeds from " << kSeed;
 }
@@ -351,13 +350,11 @@ TEST(TargetFinder, RefusesWhatIsNoGreyPictureByName) {
   page.samples.assign(64 * 64 * 3, 0);
   page.channels = 3;
   auto found = FindTargets(page.view(), book, {}, workspace);
-  ASSERT_FALSE(found);
-  EXPECT_THAT(found.error().message, HasSubstr("3 channels"));
+  ASSERT_THAT(found, FailsWith("3 channels"));
   page.channels = 1;
   EXPECT_TRUE(FindTargets(page.view(), book, {}, workspace)) << "an empty picture is a result";
   found = FindTargets(page.view(), book, {.min_radius_px = std::nan("")}, workspace);
-  ASSERT_FALSE(found);
-  EXPECT_THAT(found.error().message, HasSubstr("min_radius_px = nan"));
+  ASSERT_THAT(found, FailsWith("min_radius_px = nan"));
   EXPECT_FALSE(FindTargets(page.view(), book, {.max_radius_px = 2}, workspace));
   EXPECT_FALSE(FindTargets(page.view(), book, {.min_contrast = 0}, workspace));
   EXPECT_FALSE(FindTargets(page.view(), CodeBook{}, {}, workspace));
@@ -411,11 +408,10 @@ TEST(RingReader, NamesADiscInAClosedRing) {
     Random random(3);
     const Page page = test::Expose(test::Draw(120, 120, {target}, {}), 1, random);
     FinderWorkspace workspace;
-    const auto found = FindTargets(page.view(), book, {}, workspace);
-    ASSERT_TRUE(found);
-    EXPECT_TRUE(found->targets.empty());
-    ASSERT_EQ(found->rejected.size(), 1);
-    EXPECT_EQ(found->rejected[0].reason, RejectReason::kWrongCode);
+    const auto found = Must(FindTargets(page.view(), book, {}, workspace));
+    EXPECT_TRUE(found.targets.empty());
+    ASSERT_EQ(found.rejected.size(), 1);
+    EXPECT_EQ(found.rejected[0].reason, RejectReason::kWrongCode);
   }
 }
 

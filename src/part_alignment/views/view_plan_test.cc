@@ -8,6 +8,7 @@
 #include <numbers>
 
 #include "part_alignment/pose/alignment_test_support.h"
+#include "support/matchers.h"
 
 namespace trammel::part_alignment {
 namespace {
@@ -61,13 +62,11 @@ Alignment Taken(const Scene& scene, const ViewPlan& plan) {
 
 TEST(ViewPlan, EightViewsOfFourTargetsReachTheGoalAndSolve) {
   const Scene scene;
-  const auto plan = scene.Plan();
-  ASSERT_TRUE(plan) << plan.error().message;
-  ASSERT_EQ(plan->verdict, Verdict::kGood) << plan->reason;
-  EXPECT_EQ(plan->views.size(), 8);
-  EXPECT_LE(plan->observability.weakest_sigma_mm, scene.options.weakest_goal_mm);
-  EXPECT_EQ(plan->observability.rank, 7);
-  const Alignment alignment = Taken(scene, *plan);
+  const auto plan = Good(scene.Plan());
+  EXPECT_EQ(plan.views.size(), 8);
+  EXPECT_LE(plan.observability.weakest_sigma_mm, scene.options.weakest_goal_mm);
+  EXPECT_EQ(plan.observability.rank, 7);
+  const Alignment alignment = Taken(scene, plan);
   EXPECT_EQ(alignment.verdict, Verdict::kGood) << alignment.reason;
   EXPECT_EQ(alignment.residuals.size(), 8);
   EXPECT_LT(std::sqrt(alignment.covariance(0, 0)), 0.02);
@@ -101,15 +100,10 @@ TEST(ViewPlan, TheWholeWayKeepsClear) {
 TEST(ViewPlan, EccentricityNeedsASecondOrientationAndSaysSo) {
   Scene scene;
   scene.options.unknowns.clamp_eccentricity = true;
-  const auto constant = scene.Plan();
-  ASSERT_TRUE(constant);
-  EXPECT_EQ(constant->verdict, Verdict::kCannotTell);
-  EXPECT_THAT(constant->reason, HasSubstr("the clamp eccentricity in"));
+  EXPECT_THAT(scene.Plan(), Answers(Verdict::kCannotTell, "the clamp eccentricity in"));
   scene.options.orientations.push_back(geometry::RotationFromAngles({0, 0, std::numbers::pi}));
-  const auto turned = scene.Plan();
-  ASSERT_TRUE(turned);
-  EXPECT_EQ(turned->verdict, Verdict::kGood) << turned->reason;
-  EXPECT_EQ(Taken(scene, *turned).verdict, Verdict::kGood);
+  const auto turned = Good(scene.Plan());
+  EXPECT_EQ(Taken(scene, turned).verdict, Verdict::kGood);
 }
 
 TEST(ViewPlan, PlansAlongYToo) {
@@ -121,25 +115,19 @@ TEST(ViewPlan, PlansAlongYToo) {
   scene.options.obstacles = {};
   scene.options.working_distance_mm = 150;
   scene.world.machine_from_part.angles_rad = {std::numbers::pi / 2, 0, 0};
-  const auto plan = scene.Plan();
-  ASSERT_TRUE(plan);
-  ASSERT_EQ(plan->verdict, Verdict::kGood) << plan->reason;
-  EXPECT_EQ(Taken(scene, *plan).verdict, Verdict::kGood);
+  const auto plan = Good(scene.Plan());
+  EXPECT_EQ(Taken(scene, plan).verdict, Verdict::kGood);
 }
 
 TEST(ViewPlan, WhatTheMachineCannotReachIsNamed) {
   Scene scene;
   scene.options.travel.high_mm.x() = 1000;  // the targets at x = 1562 mm are out of reach
-  const auto plan = scene.Plan();
-  ASSERT_TRUE(plan);
-  EXPECT_EQ(plan->verdict, Verdict::kCannotTell);
-  EXPECT_THAT(plan->reason, HasSubstr("cannot be seen from within the travel"));
+  EXPECT_THAT(scene.Plan(), Answers(Verdict::kCannotTell, "cannot be seen from within the travel"));
   Scene low;
   low.options.travel.high_mm.z() = -200;  // no room above the fixture
-  const auto no_way = low.Plan();
-  ASSERT_TRUE(no_way);
-  EXPECT_NE(no_way->verdict, Verdict::kGood);
-  EXPECT_FALSE(no_way->reason.empty());
+  const auto no_way = Must(low.Plan());
+  EXPECT_NE(no_way.verdict, Verdict::kGood);
+  EXPECT_FALSE(no_way.reason.empty());
 }
 
 TEST(ViewPlan, InputErrorsNameTheField) {

@@ -9,6 +9,7 @@
 #include <string>
 
 #include "support/drawn_tap_json.h"
+#include "support/matchers.h"
 #include "support/run_trammel.h"
 
 namespace trammel::test {
@@ -32,8 +33,7 @@ class TapCommand : public testing::Test {
 
 TEST_F(TapCommand, OneTapIsOneObjectAndItsContactIsThatWhichWasDrawn) {
   Write("a.json", DrawnTap(-0.01).dump());
-  const CommandResult result = Run("tap analyze a.json --json");
-  EXPECT_EQ(result.exit_code, 0) << result.output;
+  const auto result = Must(Run("tap analyze a.json --json"));
   const json tap = json::parse(result.standard_output);
   EXPECT_EQ(tap["verdict"], "good");
   // The head was 0.00015 mm lower than the drawn samples say while it accelerated, and no more.
@@ -53,7 +53,7 @@ TEST_F(TapCommand, SeveralTapsAreAListInTheirOrderAndText) {
   EXPECT_EQ(both["taps"], list);
   EXPECT_EQ(both["ensemble"]["taps"], 3);
   EXPECT_THAT(Run("tap analyze b.jsonl a.json").standard_output,
-              AllOf(HasSubstr("taps              3"), HasSubstr("mean step")));
+              Containing("taps              3", "mean step"));
 }
 
 TEST_F(TapCommand, RefusedTapsHaveAReasonAndNoHeight) {
@@ -80,7 +80,7 @@ TEST_F(TapCommand, FilesThatCannotBeReadAreNamedAndTheOthersAnalysed) {
   const CommandResult alone = Run("tap analyze cut.json --json");
   EXPECT_EQ(alone.exit_code, 1);
   EXPECT_THAT(alone.standard_output, IsEmpty());
-  EXPECT_THAT(alone.standard_error, AllOf(HasSubstr("cut.json"), HasSubstr("cut off")));
+  EXPECT_THAT(alone.standard_error, Containing("cut.json", "cut off"));
   const CommandResult both = Run("tap analyze cut.json good.json --json");
   EXPECT_EQ(both.exit_code, 1);
   const json list = json::parse(both.standard_output);
@@ -94,17 +94,15 @@ TEST_F(TapCommand, OptionsOutOfBoundsAreNamed) {
   Write("a.json", DrawnTap(0).dump());
   for (const std::string option : {"--method best", "--latency-ms -201", "--latency-ms nan",
                                    "--latency-uncertainty-ms 1e9", "--nozzle-temperature 2000"}) {
-    const CommandResult result = Run("tap analyze a.json " + option);
-    EXPECT_EQ(result.exit_code, 1) << option;
-    EXPECT_THAT(result.standard_error, HasSubstr(option.substr(0, option.find(' ')))) << option;
+    EXPECT_THAT(Run("tap analyze a.json " + option), Fails(1, option.substr(0, option.find(' '))))
+        << option;
   }
 }
 
 TEST_F(TapCommand, PlotsAPageAndPictures) {
   Write("a.jsonl", DrawnTap(0).dump() + "\n" + DrawnTap(0.002).dump() + "\n");
   for (const std::string file : {"p.html", "p.svg", "p.png", "tap.png --figure tap"}) {
-    const CommandResult result = Run("tap plot a.jsonl --out " + file);
-    EXPECT_EQ(result.exit_code, 0) << result.output;
+    EXPECT_THAT(Run("tap plot a.jsonl --out " + file), Ends(0));
     EXPECT_GT(fs::file_size(folder_.path() / file.substr(0, file.find(' '))), 2000u) << file;
   }
   EXPECT_EQ(Run("tap plot a.jsonl --out p.pdf").exit_code, 1);
@@ -115,9 +113,7 @@ TEST_F(TapCommand, PlotsAPageAndPictures) {
 TEST_F(TapCommand, PlotOverwritesNothingUnasked) {
   Write("a.json", DrawnTap(0).dump());
   Write("p.svg", "precious");
-  const CommandResult refused = Run("tap plot a.json --out p.svg");
-  EXPECT_EQ(refused.exit_code, 1);
-  EXPECT_THAT(refused.standard_error, AllOf(HasSubstr("p.svg"), HasSubstr("--force")));
+  EXPECT_THAT(Run("tap plot a.json --out p.svg"), Fails(1, "p.svg", "--force"));
   EXPECT_EQ(ReadWhole(folder_.path() / "p.svg"), "precious");
   EXPECT_EQ(Run("tap plot a.json --out p.svg --force").exit_code, 0);
   EXPECT_THAT(ReadWhole(folder_.path() / "p.svg"), HasSubstr("<svg"));
@@ -145,31 +141,25 @@ TEST_F(TapCommand, ComparesMethodsAndFilesAndNeedsSeveralTaps) {
   Write("ten.jsonl", lines);
   Write("again.jsonl", lines);
   Write("one.json", DrawnTap(0).dump());
-  const CommandResult methods = Run("tap analyze ten.jsonl --compare methods --json");
-  EXPECT_EQ(methods.exit_code, 0) << methods.output;
+  const auto methods = Must(Run("tap analyze ten.jsonl --compare methods --json"));
   const json comparison = json::parse(methods.standard_output)["comparison"];
   ASSERT_EQ(comparison.size(), 2u);
   EXPECT_EQ(comparison[1]["series"], "contact");
   // The contacts were drawn with a deviation of 2.1 um.
   EXPECT_NEAR(comparison[1]["deviation_mm"]["value"].get<double>(), 0.0021, 0.0008);
   EXPECT_EQ(comparison[1]["ratio"]["verdict"], "good");
-  const CommandResult files = Run("tap analyze ten.jsonl again.jsonl --compare files");
-  EXPECT_THAT(files.standard_output, AllOf(HasSubstr("again.jsonl       10 of 10"),
-                                           HasSubstr("1.00 (95 %: "), HasSubstr("cannot tell")));
-  const CommandResult one = Run("tap analyze one.json --compare methods");
-  EXPECT_EQ(one.exit_code, 2) << one.output;
-  EXPECT_THAT(one.standard_output, HasSubstr("because: 0 of 1 taps"));
+  EXPECT_THAT(Run("tap analyze ten.jsonl again.jsonl --compare files").standard_output,
+              Containing("again.jsonl       10 of 10", "1.00 (95 %: ", "cannot tell"));
+  EXPECT_THAT(Run("tap analyze one.json --compare methods"), Prints(2, "because: 0 of 1 taps"));
   EXPECT_THAT(Run("tap analyze one.json --compare all").standard_error,
               HasSubstr("methods or files"));
 }
 
 TEST_F(TapCommand, AdvisesWithReasonsAndNamesWhyItCannot) {
   Write("a.json", DrawnTap(0).dump());
-  const CommandResult result = Run("tap analyze a.json --advice");
-  EXPECT_EQ(result.exit_code, 0) << result.output;
-  EXPECT_THAT(result.standard_output,
-              AllOf(HasSubstr("\nnoise "), HasSubstr("\nadvice\n"), HasSubstr("pull-back speed"),
-                    HasSubstr("µm by noise alone"), HasSubstr("drift filter")));
+  EXPECT_THAT(
+      Run("tap analyze a.json --advice"),
+      Prints(0, "\nnoise ", "\nadvice\n", "pull-back speed", "µm by noise alone", "drift filter"));
   const json advice =
       json::parse(Run("tap analyze a.json --advice --json").standard_output)["advice"];
   EXPECT_EQ(advice["settings"].size(), 5u);
@@ -177,9 +167,8 @@ TEST_F(TapCommand, AdvisesWithReasonsAndNamesWhyItCannot) {
   json tap = DrawnTap(0);
   for (json& force : tap["force"]) force = 0.0;
   Write("flat.json", tap.dump());
-  const CommandResult flat = Run("tap analyze flat.json --advice");
-  EXPECT_EQ(flat.exit_code, 2) << flat.output;
-  EXPECT_THAT(flat.standard_output, HasSubstr("advice            none: 0 of 1 taps are good. "));
+  EXPECT_THAT(Run("tap analyze flat.json --advice"),
+              Prints(2, "advice            none: 0 of 1 taps are good. "));
   EXPECT_THAT(Run("tap analyze a.json --advice --method two-line").standard_error,
               HasSubstr("--advice needs --method contact"));
   EXPECT_THAT(Run("tap analyze a.json --advice --uncertainty-um 0").standard_error,

@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "support/little_memory.h"
+#include "support/matchers.h"
 #include "support/temporary_folder.h"
 #include "tap/files/moves_from_z.h"
 #include "tap/files/tap_csv.h"
@@ -22,7 +23,6 @@ namespace {
 
 namespace fs = std::filesystem;
 using tap::Recording;
-using ::testing::AllOf;
 using ::testing::HasSubstr;
 using ::testing::SizeIs;
 
@@ -68,18 +68,15 @@ TEST(TapFile, MovesAreReadFromARegularFileOnly) {
   const test::TemporaryFolder folder;
   test::WriteWhole(folder.path() / "a.csv", "0,1\n1,2\n");
   ASSERT_EQ(mkfifo((folder.path() / "a.moves.csv").c_str(), 0600), 0);
-  const auto taps = ReadTaps(folder.path() / "a.csv");
-  ASSERT_FALSE(taps);
-  EXPECT_THAT(taps.error().message, HasSubstr("a.moves.csv: is not a regular file"));
+  EXPECT_THAT(ReadTaps(folder.path() / "a.csv"), FailsWith("a.moves.csv: is not a regular file"));
 }
 
 TEST(TapFile, ReadsEveryFieldOfATap) {
-  const auto taps = ParseTaps(
+  const auto taps = Must(ParseTaps(
       Tap(R"(,"tap_pos":[1,2,0.25],"is_valid":true,"z":[1,2],"x_nozzle_temperature_c":150)"),
-      "f.json");
-  ASSERT_TRUE(taps) << taps.error().message;
-  ASSERT_THAT(*taps, SizeIs(1));
-  const Recording& tap = taps->front();
+      "f.json"));
+  ASSERT_THAT(taps, SizeIs(1));
+  const Recording& tap = taps.front();
   EXPECT_EQ(tap.name, "f.json");
   EXPECT_THAT(tap.time_s, testing::ElementsAre(0.1, 0.2));
   EXPECT_THAT(tap.force_g, testing::ElementsAre(-1.5, 2));
@@ -152,19 +149,16 @@ TEST(TapFile, TenMillionSamplesAreRefusedWithoutBeingKept) {
               HasSubstr("time has 10000000 entries"));
   std::string table;
   for (int i = 0; i < 10'000'000; ++i) table += "1,2\n";
-  const auto csv = ParseTapCsv(table, "f.csv");
-  ASSERT_FALSE(csv);
-  EXPECT_THAT(csv.error().message, HasSubstr("more than 1200000 samples"));
+  EXPECT_THAT(ParseTapCsv(table, "f.csv"), FailsWith("more than 1200000 samples"));
 }
 
 TEST(TapCsv, ReadsTablesWithAndWithoutNames) {
   for (const std::string text : {"0.5,-3\n0.6,4\n", "time,force\n0.5,-3\n0.6,4",
                                  "# cell 1\n\nforce;z;time\r\n-3;1;0.5\r\n4;2;0.6\r\n",
                                  "\xEF\xBB\xBFtime_s\tforce_g\n0.5\t-3\n0.6\t4\n"}) {
-    const auto tap = ParseTapCsv(text, "f.csv");
-    ASSERT_TRUE(tap) << tap.error().message;
-    EXPECT_THAT(tap->time_s, testing::ElementsAre(0.5, 0.6)) << text;
-    EXPECT_THAT(tap->force_g, testing::ElementsAre(-3, 4)) << text;
+    const auto tap = Must(ParseTapCsv(text, "f.csv"));
+    EXPECT_THAT(tap.time_s, testing::ElementsAre(0.5, 0.6)) << text;
+    EXPECT_THAT(tap.force_g, testing::ElementsAre(-3, 4)) << text;
   }
 }
 
@@ -177,9 +171,7 @@ TEST(TapCsv, FaultsNameLineColumnAndValue) {
       {"1,2,3\n3,4\n", "f.csv:2: has 2 columns, none for z"},
   };
   for (const auto& [text, wanted] : cases) {
-    const auto tap = ParseTapCsv(text, "f.csv");
-    ASSERT_FALSE(tap) << text;
-    EXPECT_THAT(tap.error().message, HasSubstr(wanted));
+    EXPECT_THAT(ParseTapCsv(text, "f.csv"), FailsWith(wanted)) << text;
   }
   const auto strange = ParseTapCsv("nan,inf\n,\n", "f.csv");
   ASSERT_TRUE(strange) << "left to the analysis";
@@ -192,15 +184,12 @@ TEST(TapCsv, TakesMovesFromTheFileBesideIt) {
   test::WriteWhole(
       folder.path() / "a.moves.csv",
       "print_time,move_t,start_v,accel,start_z,z_r,start_x,start_y\n1,2,3,4,5,-1,6,7\n");
-  const auto taps = ReadTaps(folder.path() / "a.csv");
-  ASSERT_TRUE(taps) << taps.error().message;
-  ASSERT_THAT(taps->front().moves, SizeIs(1));
-  EXPECT_EQ(taps->front().moves[0].start_z_mm, 5);
-  EXPECT_EQ(taps->front().y_mm, 7);
+  const auto taps = Must(ReadTaps(folder.path() / "a.csv"));
+  ASSERT_THAT(taps.front().moves, SizeIs(1));
+  EXPECT_EQ(taps.front().moves[0].start_z_mm, 5);
+  EXPECT_EQ(taps.front().y_mm, 7);
   test::WriteWhole(folder.path() / "a.moves.csv", "print_time,move_t\n1,2\n");
-  const auto wrong = ReadTaps(folder.path() / "a.csv");
-  ASSERT_FALSE(wrong);
-  EXPECT_THAT(wrong.error().message, AllOf(HasSubstr("a.moves.csv"), HasSubstr("'start_v'")));
+  EXPECT_THAT(ReadTaps(folder.path() / "a.csv"), FailsWith("a.moves.csv", "'start_v'"));
 }
 
 // z of a tap: approach at 2 mm/s, a rest, 0.3 mm/s up after a ramp of 1 ms, at 320 samples/s.
@@ -231,10 +220,7 @@ TEST(TapFile, OversizedJsonIsRefusedByItsBeginning) {
     const auto file = folder.path() / "huge.json";
     test::WriteWhole(file, start);
     std::filesystem::resize_file(file, std::uintmax_t{900} << 20);  // a hole: it takes no room
-    const auto taps = ReadTaps(file);
-    ASSERT_FALSE(taps);
-    EXPECT_THAT(taps.error().message,
-                HasSubstr("is 900 MB of JSON in one piece and at most 64 MB"));
+    EXPECT_THAT(ReadTaps(file), FailsWith("is 900 MB of JSON in one piece and at most 64 MB"));
   }
 }
 
@@ -274,11 +260,10 @@ TEST(TapFile, ReadsEveryRealTap) {
   if (data == nullptr) GTEST_SKIP() << "set TRAMMEL_TEST_DATA to the folder with tap/";
   int read = 0;
   for (const auto& entry : fs::directory_iterator(fs::path(data) / "tap")) {
-    const auto taps = ReadTaps(entry.path());
-    ASSERT_TRUE(taps) << taps.error().message;
-    ASSERT_THAT(*taps, SizeIs(1));
-    EXPECT_GT(taps->front().time_s.size(), 300u) << entry.path();
-    EXPECT_GE(taps->front().moves.size(), 5u) << entry.path();
+    const auto taps = Must(ReadTaps(entry.path()));
+    ASSERT_THAT(taps, SizeIs(1));
+    EXPECT_GT(taps.front().time_s.size(), 300u) << entry.path();
+    EXPECT_GE(taps.front().moves.size(), 5u) << entry.path();
     ++read;
   }
   EXPECT_GE(read, 8);
@@ -287,9 +272,8 @@ TEST(TapFile, ReadsEveryRealTap) {
 TEST(MovesFromZ, AgreesWithTheMovesOfARealTap) {
   const char* data = std::getenv("TRAMMEL_TEST_DATA");
   if (data == nullptr) GTEST_SKIP() << "set TRAMMEL_TEST_DATA to the folder with tap/";
-  const auto taps = ReadTaps(fs::path(data) / "tap" / "workbench_tail640.json");
-  ASSERT_TRUE(taps) << taps.error().message;
-  const Recording& tap = taps->front();
+  const auto taps = Must(ReadTaps(fs::path(data) / "tap" / "workbench_tail640.json"));
+  const Recording& tap = taps.front();
   const auto moves = MovesFromZ(tap.time_s, tap.z_mm);
   ASSERT_THAT(moves, SizeIs(5));
   // Heights during the cruise, from the recorded moves and from ours.

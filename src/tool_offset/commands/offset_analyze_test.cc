@@ -13,6 +13,7 @@
 
 #include "image/png_test_support.h"
 #include "machine/page/page_file.h"
+#include "support/matchers.h"
 #include "support/run_trammel.h"
 #include "tool_offset/sheet/sheet_gcode.h"
 
@@ -20,7 +21,6 @@ namespace trammel::test {
 namespace {
 
 using nlohmann::json;
-using ::testing::AllOf;
 using ::testing::HasSubstr;
 using ::testing::Not;
 
@@ -73,8 +73,7 @@ void ExpectNear(const json& value, const json& interval, double truth) {
 }
 
 TEST_F(OffsetAnalyze, RecoversOffsetsAndPlayOfAVirtualMachine) {
-  const CommandResult result = Analyze("a.png --json");
-  ASSERT_EQ(result.exit_code, 0) << result.output;
+  const auto result = Must(Analyze("a.png --json"));
   const json found = json::parse(result.standard_output);
   const json truth = json::parse(ReadWhole(Path("truth.json")));
   EXPECT_EQ(found["format"], 1);
@@ -109,12 +108,10 @@ TEST_F(OffsetAnalyze, RefusesFilesThatAskForMoreThanTheyHold) {
   }
   for (const auto& entry : std::filesystem::directory_iterator(bombs)) {
     if (entry.path().extension() == ".gcode") continue;
-    const CommandResult result =
+    EXPECT_THAT(
         RunTrammel(fmt::format("offset analyze --pattern p.gcode '{}'", entry.path().string()),
-                   folder_->path(), {.memory_kb = 1'000'000});
-    EXPECT_EQ(result.exit_code, 1) << result.output;
-    EXPECT_THAT(result.standard_error,
-                AllOf(HasSubstr(entry.path().filename().string()), Not(HasSubstr("fit into"))));
+                   folder_->path(), {.memory_kb = 1'000'000}),
+        Fails(1, entry.path().filename().string(), Not(HasSubstr("fit into"))));
   }
 }
 
@@ -166,10 +163,9 @@ TEST_F(OffsetAnalyze, ARefusedSheetIsJsonWithAVerdict) {
 }
 
 TEST_F(OffsetAnalyze, WritesAReportAndFigures) {
-  const CommandResult result = Analyze("a.png --json --report r.html --figures figures/sheet");
-  ASSERT_EQ(result.exit_code, 0) << result.output;
+  const auto result = Must(Analyze("a.png --json --report r.html --figures figures/sheet"));
   EXPECT_EQ(json::parse(result.standard_output)["report"], "r.html");
-  EXPECT_THAT(ReadWhole(Path("r.html")), AllOf(HasSubstr("<h1>Tool offsets"), HasSubstr("T1 X+")));
+  EXPECT_THAT(ReadWhole(Path("r.html")), Containing("<h1>Tool offsets", "T1 X+"));
   for (const char* name : {"tools.svg", "scan1-page.svg"}) {
     EXPECT_TRUE(std::filesystem::exists(Path("figures/sheet") / name)) << name;
   }
@@ -188,8 +184,7 @@ TEST_F(OffsetAnalyze, ReadsAPoorJpegOfADiscolouredPage) {
   ASSERT_EQ(Scan("poor.jpg", "--jpeg-quality 20 --colour --set cast-red=0.6 --set cast-blue=1.2")
                 .exit_code,
             0);
-  const CommandResult result = Analyze("poor.jpg --json");
-  ASSERT_EQ(result.exit_code, 0) << result.output;
+  const auto result = Must(Analyze("poor.jpg --json"));
   const json tool = json::parse(result.standard_output)["tools"][0];
   ExpectNear(tool["dx_mm"], tool["interval95_mm"]["dx"], kDx_mm);
   ExpectNear(tool["dy_mm"], tool["interval95_mm"]["dy"], kDy_mm);
@@ -203,14 +198,12 @@ TEST_F(OffsetAnalyze, AnIdexHasItsOwnChangesOfToolAndItsOwnLines) {
                   kSeed, kDx_mm, kDy_mm))
           .exit_code,
       0);
-  const CommandResult read =
-      Trammel("offset analyze carriage.png --pattern idex.gcode --json --result idex.json");
-  ASSERT_EQ(read.exit_code, 0) << read.output;
+  const auto read =
+      Must(Trammel("offset analyze carriage.png --pattern idex.gcode --json --result idex.json"));
   const json tool = json::parse(read.standard_output)["tools"][0];
   ExpectNear(tool["dx_mm"], tool["interval95_mm"]["dx"], kDx_mm);
-  const CommandResult lines =
-      Trammel("offset apply idex.json --for klipper-gcode-offset --now 1:0.5,0");
-  EXPECT_EQ(lines.exit_code, 0) << lines.output;
+  const auto lines =
+      Must(Trammel("offset apply idex.json --for klipper-gcode-offset --now 1:0.5,0"));
   // 0.5 - 0.31 and 0 + 0.17, to the hundredths that the sheet is good for.
   EXPECT_THAT(lines.standard_output,
               testing::ContainsRegex("SET_GCODE_OFFSET X=0\\.(18|19)[0-9] Y=0\\.1(6|7)[0-9]"));
@@ -224,8 +217,7 @@ TEST_F(OffsetAnalyze, ReadsASheetOfTheOriginalGeneratorWithItsGcode) {
                                 kDx_mm, kDy_mm))
                 .exit_code,
             0);
-  const CommandResult result = Trammel("offset analyze original.png --pattern o.gcode --json");
-  ASSERT_EQ(result.exit_code, 0) << result.output;
+  const auto result = Must(Trammel("offset analyze original.png --pattern o.gcode --json"));
   const json found = json::parse(result.standard_output);
   EXPECT_TRUE(found["sheet_id"].is_null());
   ASSERT_EQ(found["tools"].size(), 1U);
@@ -244,7 +236,7 @@ TEST_F(OffsetAnalyze, ReadsASheetOfTheOriginalGeneratorWithItsGcode) {
   WriteWhole(Path("cut.gcode"), gcode.substr(0, gcode.size() / 2));
   const CommandResult cut = Trammel("offset analyze original.png --pattern cut.gcode");
   EXPECT_EQ(cut.exit_code, 1);
-  EXPECT_THAT(cut.standard_error, AllOf(HasSubstr("--pattern cut.gcode"), HasSubstr("cut off")));
+  EXPECT_THAT(cut.standard_error, Containing("--pattern cut.gcode", "cut off"));
 }
 
 TEST_F(OffsetAnalyze, FilesThatCannotBeReadAreNamed) {
@@ -255,16 +247,12 @@ TEST_F(OffsetAnalyze, FilesThatCannotBeReadAreNamed) {
   EXPECT_THAT(cut.standard_error, HasSubstr("cut.png"));
   EXPECT_EQ(Analyze("nowhere.png").exit_code, 1);
   EXPECT_EQ(Analyze("+ +").exit_code, 1);
-  const CommandResult large = Analyze("a.png --most-megapixels 1");
-  EXPECT_EQ(large.exit_code, 1);
-  EXPECT_THAT(large.standard_error, HasSubstr("1 megapixels"));
+  EXPECT_THAT(Analyze("a.png --most-megapixels 1"), Fails(1, "1 megapixels"));
   const CommandResult pattern = Trammel("offset analyze --pattern a.png a.png");
   EXPECT_EQ(pattern.exit_code, 1);
   EXPECT_THAT(pattern.standard_error, HasSubstr("--pattern a.png"));
   // Readable pages are still reported.
-  const CommandResult some = Analyze("a.png cut.png");
-  EXPECT_EQ(some.exit_code, 1);
-  EXPECT_THAT(some.standard_output, HasSubstr("T1 "));
+  EXPECT_THAT(Analyze("a.png cut.png"), Prints(1, "T1 "));
 }
 
 TEST_F(OffsetAnalyze, ReadsAPhonesPhotoOfASheetLaidOutForIt) {
@@ -278,8 +266,7 @@ TEST_F(OffsetAnalyze, ReadsAPhonesPhotoOfASheetLaidOutForIt) {
                     kSeed, kDx_mm, kDy_mm, out, more));
   };
   ASSERT_EQ(take("photo.jpg", "").exit_code, 0);
-  const CommandResult result = Trammel("offset analyze photo.jpg --pattern photo.gcode --json");
-  ASSERT_EQ(result.exit_code, 0) << result.output;
+  const auto result = Must(Trammel("offset analyze photo.jpg --pattern photo.gcode --json"));
   const json found = json::parse(result.standard_output);
   const json& tool = found["tools"][0];
   ExpectNear(tool["dx_mm"], tool["interval95_mm"]["dx"], kDx_mm);
@@ -287,10 +274,9 @@ TEST_F(OffsetAnalyze, ReadsAPhonesPhotoOfASheetLaidOutForIt) {
   // Told from the file alone, and what is taken for granted is said.
   EXPECT_EQ(found["scans"][0]["photo"]["focal_stated"], true);
   EXPECT_THAT(found["notices"][0].get<std::string>(), HasSubstr("30 um higher"));
-  const CommandResult surer = Trammel(
+  const auto surer = Must(Trammel(
       "offset analyze photo.jpg --pattern photo.gcode --line-heights-um 0 --line-colour-px 0 "
-      "--json");
-  ASSERT_EQ(surer.exit_code, 0) << surer.output;
+      "--json"));
   const json less = json::parse(surer.standard_output);
   EXPECT_LT(less["tools"][0]["standard_uncertainty_mm"]["dx"].get<double>(),
             tool["standard_uncertainty_mm"]["dx"].get<double>());
@@ -298,7 +284,7 @@ TEST_F(OffsetAnalyze, ReadsAPhonesPhotoOfASheetLaidOutForIt) {
   ASSERT_EQ(take("blurred.jpg", "--photo-set blur-px=6").exit_code, 0);
   const CommandResult blurred = Trammel("offset analyze blurred.jpg --pattern photo.gcode");
   EXPECT_EQ(blurred.exit_code, 2);
-  EXPECT_THAT(blurred.standard_error, AllOf(HasSubstr("blurred.jpg"), HasSubstr("6.0 px")));
+  EXPECT_THAT(blurred.standard_error, Containing("blurred.jpg", "6.0 px"));
 }
 
 // A JPEG without its APP1 segments: without EXIF, as browsers and messengers hand it on.

@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "support/matchers.h"
 #include "support/run_trammel.h"
 #include "support/trammel_process.h"
 
@@ -70,12 +71,10 @@ TEST_F(OffsetApply, ShowsOldAndNewAndChangesNothingUnlessTold) {
   Serve();
   for (int i = 0; i < 2; ++i) {
     const CommandResult shown = Apply("");
-    EXPECT_EQ(shown.exit_code, 0) << shown.output;
-    EXPECT_THAT(shown.standard_output,
-                AllOf(HasSubstr("0.250  ->  0.127"), HasSubstr("-0.500  ->  -0.454"),
-                      HasSubstr("dx 95 %: +0.1214 to +0.1254 mm"),
-                      HasSubstr("dy 95 %: -0.0476 to -0.0436 mm"), HasSubstr("nothing was changed"),
-                      HasSubstr("trammel offset apply result.json --apply --printer " + address_)));
+    EXPECT_THAT(
+        shown, Prints(0, "0.250  ->  0.127", "-0.500  ->  -0.454", "dx 95 %: +0.1214 to +0.1254 mm",
+                      "dy 95 %: -0.0476 to -0.0436 mm", "nothing was changed",
+                      "trammel offset apply result.json --apply --printer " + address_));
     EXPECT_THAT(shown.standard_error, HasSubstr("it did not print"));
   }
   EXPECT_EQ(History(), "");
@@ -83,11 +82,8 @@ TEST_F(OffsetApply, ShowsOldAndNewAndChangesNothingUnlessTold) {
 
 TEST_F(OffsetApply, SetsReadsBackAndNotesTheOldValue) {
   Serve();
-  const CommandResult set = Apply("--apply");
-  EXPECT_EQ(set.exit_code, 0) << set.output;
-  EXPECT_THAT(set.standard_output,
-              AllOf(HasSubstr("applied   tool 1"), HasSubstr("--save keeps it"),
-                    HasSubstr("trammel offset apply --undo --printer " + address_)));
+  EXPECT_THAT(Apply("--apply"), Prints(0, "applied   tool 1", "--save keeps it",
+                                       "trammel offset apply --undo --printer " + address_));
   EXPECT_THAT(Apply("").standard_output, HasSubstr("0.127  ->  0.004"));
   EXPECT_THAT(History(), AllOf(HasSubstr(R"("kind":"begun")"), HasSubstr(R"("kind":"applied")"),
                                HasSubstr(R"("old_mm":{"x":0.25,"y":-0.5})")));
@@ -111,19 +107,17 @@ TEST_F(OffsetApply, TheSameMeasurementIsKnownFromEveryFolderAndUnderEveryName) {
   std::filesystem::create_directory(other);
   WriteWhole(other / "copy.json", kResult);
   std::filesystem::create_directory_symlink(folder_.path() / "state", other / "state");
-  const CommandResult twice =
-      RunTrammel(fmt::format("offset apply copy.json --printer {} --apply", address_), other);
-  EXPECT_EQ(twice.exit_code, 4);
-  EXPECT_THAT(twice.standard_error, HasSubstr((folder_.path() / "result.json").string()));
+  EXPECT_THAT(
+      RunTrammel(fmt::format("offset apply copy.json --printer {} --apply", address_), other),
+      Fails(4, (folder_.path() / "result.json").string()));
 }
 
 TEST_F(OffsetApply, AMeasurementOfAnEarlierOffsetIsNotTakenOutOfAnother) {
   Serve();
   ASSERT_EQ(Apply("--apply").exit_code, 0);
   WriteWhole(folder_.path() / "next.json", KeptResult(0.01, 0));
-  const auto next =
-      RunTrammel("offset apply next.json --apply --printer " + address_, folder_.path());
-  ASSERT_EQ(next.exit_code, 0) << next.output;
+  ASSERT_THAT(RunTrammel("offset apply next.json --apply --printer " + address_, folder_.path()),
+              Ends(0));
   EXPECT_EQ(Apply("--apply").exit_code, 4);  // the first sheet again
 }
 
@@ -154,9 +148,7 @@ TEST_F(OffsetApply, AKeptResultIsNotedAsApplied) {
 TEST_F(OffsetApply, MoreThanASheetCanShowIsNotSetUnforced) {
   Serve();
   WriteWhole(folder_.path() / "result.json", KeptResult(-30, 0));
-  const CommandResult far = Apply("--apply");
-  EXPECT_EQ(far.exit_code, 4);
-  EXPECT_THAT(far.standard_error, AllOf(HasSubstr("30.000 mm"), HasSubstr("--force")));
+  EXPECT_THAT(Apply("--apply"), Fails(4, "30.000 mm", "--force"));
   EXPECT_EQ(History(), "");
   EXPECT_THAT(Apply("--dry-run").standard_output,
               AllOf(HasSubstr("0.250  ->  30.250"), HasSubstr("nothing was changed")));
@@ -165,17 +157,14 @@ TEST_F(OffsetApply, MoreThanASheetCanShowIsNotSetUnforced) {
 TEST_F(OffsetApply, WhatSaveConfigCannotWriteIsSaidAndStaysSet) {
   Serve("--fault included-tools=1");
   const CommandResult kept = Apply("--apply --save");
-  EXPECT_EQ(kept.exit_code, 3);
-  EXPECT_THAT(kept.standard_output, HasSubstr("applied   tool 1"));
+  EXPECT_THAT(kept, Prints(3, "applied   tool 1"));
   EXPECT_THAT(kept.standard_error, HasSubstr("conflicts with included value"));
   EXPECT_THAT(History(), Not(HasSubstr(R"("kind":"kept")")));
 }
 
 TEST_F(OffsetApply, APrintIsNotDisturbed) {
   Serve("--fault printing=1");
-  const CommandResult refused = Apply("--apply");
-  EXPECT_EQ(refused.exit_code, 3);
-  EXPECT_THAT(refused.standard_error, HasSubstr("is printing"));
+  EXPECT_THAT(Apply("--apply"), Fails(3, "is printing"));
   EXPECT_THAT(Apply("").standard_output, HasSubstr("0.250  ->"));
   EXPECT_THAT(History(), Not(HasSubstr(R"("kind":"applied")")));
 }
@@ -183,28 +172,23 @@ TEST_F(OffsetApply, APrintIsNotDisturbed) {
 TEST_F(OffsetApply, AValueThatDoesNotComeBackIsAnErrorAndNotApplied) {
   Serve("--fault deaf-tools=1");
   const CommandResult deaf = Apply("--apply --save");
-  EXPECT_EQ(deaf.exit_code, 3);
-  EXPECT_THAT(deaf.standard_error, HasSubstr("reports 0.250, -0.500 mm"));
+  EXPECT_THAT(deaf, Fails(3, "reports 0.250, -0.500 mm"));
   EXPECT_THAT(deaf.standard_output, Not(HasSubstr("applied")));
   EXPECT_THAT(History(), AllOf(HasSubstr(R"("kind":"begun")"), Not(HasSubstr("applied"))));
 }
 
 TEST_F(OffsetApply, NothingIsSetWhereTheOldValueCannotBeKept) {
   Serve();
-  const CommandResult refused = Apply("--apply --history result.json/history");
-  EXPECT_EQ(refused.exit_code, 1);
-  EXPECT_THAT(refused.standard_error, HasSubstr("history"));
+  EXPECT_THAT(Apply("--apply --history result.json/history"), Fails(1, "history"));
   EXPECT_THAT(Apply("").standard_output, HasSubstr("0.250  ->"));
 }
 
 TEST_F(OffsetApply, WithoutTheOffsetOfNowItShowsByHowMuchItChanges) {
   for (const auto& [firmware, change] :
        {std::pair{"klipper-tool", "X -0.123, Y +0.046 mm"}, {"marlin", "X +0.123, Y -0.046 mm"}}) {
-    const CommandResult shown =
-        RunTrammel(fmt::format("offset apply result.json --for {}", firmware), folder_.path());
-    EXPECT_EQ(shown.exit_code, 0) << shown.output;
-    EXPECT_THAT(shown.standard_output, AllOf(HasSubstr(change), HasSubstr("nothing was changed"),
-                                             HasSubstr("--now 1:X,Y")));
+    EXPECT_THAT(
+        RunTrammel(fmt::format("offset apply result.json --for {}", firmware), folder_.path()),
+        Prints(0, change, "nothing was changed", "--now 1:X,Y"));
   }
 }
 
@@ -212,18 +196,12 @@ TEST_F(OffsetApply, UndoBringsBackWhatWasBeforeOnceAndSaysSo) {
   Serve();
   EXPECT_EQ(Undo("").exit_code, 1);  // nothing was applied yet
   ASSERT_EQ(Apply("--apply").exit_code, 0);
-  const CommandResult shown = Undo("--dry-run");
-  EXPECT_EQ(shown.exit_code, 0) << shown.output;
-  EXPECT_THAT(shown.standard_output,
-              AllOf(HasSubstr("0.127  ->  0.250"), HasSubstr("nothing was changed")));
-  const CommandResult undone = Undo("");
-  EXPECT_EQ(undone.exit_code, 0) << undone.output;
+  EXPECT_THAT(Undo("--dry-run"), Prints(0, "0.127  ->  0.250", "nothing was changed"));
+  const auto undone = Must(Undo(""));
   EXPECT_THAT(undone.standard_output, HasSubstr("undone    tool 1: read back"));
   EXPECT_THAT(Apply("").standard_output, HasSubstr("0.250  ->  0.127"));
   EXPECT_THAT(History(), HasSubstr(R"("kind":"undone")"));
-  const CommandResult twice = Undo("");
-  EXPECT_EQ(twice.exit_code, 1);
-  EXPECT_THAT(twice.standard_error, HasSubstr("taken back at"));
+  EXPECT_THAT(Undo(""), Fails(1, "taken back at"));
   // An undone change may be applied again, and undone again.
   ASSERT_EQ(Apply("--apply").exit_code, 0);
   EXPECT_EQ(Undo("").exit_code, 0);
@@ -238,10 +216,7 @@ TEST_F(OffsetApply, WhatSomebodySetSinceIsNotUndoneUnforced) {
       RunTrammel("offset apply next.json --apply --printer " + address_, folder_.path()).exit_code,
       0);
   WriteWhole(folder_.path() / kHistory, history);  // as if set by hand
-  const CommandResult refused = Undo("");
-  EXPECT_EQ(refused.exit_code, 4);
-  EXPECT_THAT(refused.standard_error,
-              AllOf(HasSubstr("somebody set another"), HasSubstr("--force")));
+  EXPECT_THAT(Undo(""), Fails(4, "somebody set another", "--force"));
   EXPECT_EQ(Undo("--force").exit_code, 0);
   EXPECT_THAT(Apply("").standard_output, HasSubstr("0.250  ->  0.127"));
 }
@@ -249,9 +224,7 @@ TEST_F(OffsetApply, WhatSomebodySetSinceIsNotUndoneUnforced) {
 TEST_F(OffsetApply, AnUndoThatIsSavedOutlivesARestart) {
   Serve();
   ASSERT_EQ(Apply("--apply --save").exit_code, 0);
-  const CommandResult undone = Undo("--save");
-  EXPECT_EQ(undone.exit_code, 0) << undone.output;
-  EXPECT_THAT(undone.standard_output, HasSubstr("kept      in the printer's configuration"));
+  EXPECT_THAT(Undo("--save"), Prints(0, "kept      in the printer's configuration"));
   EXPECT_THAT(Apply("").standard_output, HasSubstr("0.250  ->  0.127"));
 }
 
@@ -264,9 +237,7 @@ TEST_F(OffsetApply, UndoIsOfThisPrinterAlone) {
     other.replace(at, 10, "other.lan:");
   }
   WriteWhole(folder_.path() / kHistory, other);
-  const CommandResult refused = Undo("");
-  EXPECT_EQ(refused.exit_code, 1);
-  EXPECT_THAT(refused.standard_error, HasSubstr("notes no offset that was set on"));
+  EXPECT_THAT(Undo(""), Fails(1, "notes no offset that was set on"));
 }
 
 }  // namespace

@@ -9,13 +9,13 @@
 #include <utility>
 
 #include "session/fake_printer.h"
+#include "support/matchers.h"
 #include "support/temporary_folder.h"
 
 namespace trammel::app {
 namespace {
 
 using service::Arguments;
-using ::testing::AllOf;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::SizeIs;
@@ -28,11 +28,10 @@ service::PrinterPlace PlaceWithPla() {
 
 TEST(OffsetJob, HandsOnTheToolsAndTheTemperatureOfThisRun) {
   const auto offer =
-      OffsetSheetJob().check(PlaceWithPla(), {{"tools", "0,2"}, {"temp", "210"}}, nullptr);
-  ASSERT_TRUE(offer) << offer.error().message;
-  EXPECT_THAT(offer->question, HasSubstr("COLD bed"));
+      Must(OffsetSheetJob().check(PlaceWithPla(), {{"tools", "0,2"}, {"temp", "210"}}, nullptr));
+  EXPECT_THAT(offer.question, HasSubstr("COLD bed"));
   // The dialog after the print measures: it has no use for tools or temperature.
-  EXPECT_TRUE(offer->start.empty());
+  EXPECT_TRUE(offer.start.empty());
 }
 
 /// A printer with two extruders, as the settings of its configuration have them.
@@ -67,20 +66,17 @@ TEST(OffsetJob, ToolsAndTemperaturesThatMakeNoSenseAreRefused) {
 TEST(OffsetJob, NothingIsSaidOfPaperWhereThePrinterHasOneTool) {
   procedure::testing::FakePrinter printer;
   printer.told = {{"configfile", {{"settings", {{"extruder", nlohmann::json::object()}}}}}};
-  const auto offer = OffsetSheetJob().check(PlaceWithPla(), {}, &printer);
-  ASSERT_FALSE(offer);
-  EXPECT_THAT(offer.error().message, HasSubstr("one tool, T0"));
+  EXPECT_THAT(OffsetSheetJob().check(PlaceWithPla(), {}, &printer), FailsWith("one tool, T0"));
 }
 
 TEST(OffsetJob, SaysWhereThePaperIsToLie) {
   procedure::testing::FakePrinter printer;
   printer.told = TwoExtruders();
-  const auto offer = OffsetSheetJob().check(PlaceWithPla(), {{"tools", "0,1"}}, &printer);
-  ASSERT_TRUE(offer) << offer.error().message;
+  const auto offer = Must(OffsetSheetJob().check(PlaceWithPla(), {{"tools", "0,1"}}, &printer));
   constexpr std::size_t kMax = 240;  // limit of a dialog
-  EXPECT_THAT(offer->question, AllOf(HasSubstr("A5 paper (148 mm along X, 210 along Y)"),
-                                     HasSubstr("T0, T1 ready"), HasSubstr("nozzle ")));
-  EXPECT_LE(offer->question.size(), kMax);
+  EXPECT_THAT(offer.question,
+              Containing("A5 paper (148 mm along X, 210 along Y)", "T0, T1 ready", "nozzle "));
+  EXPECT_LE(offer.question.size(), kMax);
 }
 
 constexpr const char* kStart = R"({"format": 1, "stage": "analysed", "printer": "voron",
@@ -112,24 +108,22 @@ void WriteAnswer(const test::TemporaryFolder& folder, const char* kept) {
 TEST(OffsetJob, SaysEachToolInALineAndAllInOne) {
   const test::TemporaryFolder folder;
   WriteAnswer(folder, R"(, "x_mm": 0.25, "y_mm": -0.5)");
-  const auto answer = OffsetScanJob().answer(folder.path().string());
-  ASSERT_TRUE(answer) << answer.error().message;
-  EXPECT_EQ(answer->verdict, Verdict::kGood);
-  EXPECT_THAT(answer->lines,
+  const auto answer = Must(OffsetScanJob().answer(folder.path().string()));
+  EXPECT_EQ(answer.verdict, Verdict::kGood);
+  EXPECT_THAT(answer.lines,
               ElementsAre("tool_offset T1 x = +0.1000 mm (95 %: +0.0980 to +0.1020 mm), y = "
                           "-0.0500 mm (95 %: -0.0520 to -0.0480 mm)",
                           "tool_offset tool 2: refused: it did not print"));
-  EXPECT_EQ(answer->words,
+  EXPECT_EQ(answer.words,
             "tool offsets T1 x +0.100, y -0.050 mm (95 %: within 0.0020 mm); 1 without a value");
-  EXPECT_EQ(answer->why_not_set, "");
+  EXPECT_EQ(answer.why_not_set, "");
 }
 
 TEST(OffsetJob, OfferNothingToSetWhereKlipperKeepsNoOffset) {
   const test::TemporaryFolder folder;
   WriteAnswer(folder, "");
-  const auto answer = OffsetScanJob().answer(folder.path().string());
-  ASSERT_TRUE(answer) << answer.error().message;
-  EXPECT_THAT(answer->why_not_set, HasSubstr("klipper-gcode-offset"));
+  const auto answer = Must(OffsetScanJob().answer(folder.path().string()));
+  EXPECT_THAT(answer.why_not_set, HasSubstr("klipper-gcode-offset"));
   EXPECT_FALSE(OffsetScanJob().answer(folder.path().string() + "/nowhere"));
   EXPECT_THAT(OffsetScanJob().apply("rec", {}), SizeIs(5));
 }

@@ -7,12 +7,12 @@
 #include <string>
 
 #include "machine/page/page_file.h"
+#include "support/matchers.h"
 #include "support/run_trammel.h"
 
 namespace trammel::test {
 namespace {
 
-using ::testing::AllOf;
 using ::testing::HasSubstr;
 
 class OffsetScan : public testing::Test {
@@ -47,27 +47,20 @@ class OffsetScan : public testing::Test {
 
 TEST_F(OffsetScan, ListsTheScannersAndRefusesToGuessBetweenThem) {
   WriteWhole(config() / "test.conf", "number_of_devices 2\n");
-  const CommandResult list = Scan("--list");
-  EXPECT_EQ(list.exit_code, 0);
-  EXPECT_THAT(list.standard_output,
-              AllOf(HasSubstr("test:0"), HasSubstr("virtual device"), HasSubstr("test:1")));
-  const CommandResult guess = Scan("-o a.png");
-  EXPECT_EQ(guess.exit_code, 1);
-  EXPECT_THAT(guess.standard_error, AllOf(HasSubstr("--device"), HasSubstr("test:0")));
+  EXPECT_THAT(Scan("--list"), Prints(0, "test:0", "virtual device", "test:1"));
+  EXPECT_THAT(Scan("-o a.png"), Fails(1, "--device", "test:0"));
 }
 
 TEST_F(OffsetScan, TakesTheOnlyScannerThereIs) {
   EXPECT_EQ(Scan("-o a.png --dpi 100").exit_code, 0);
   WriteWhole(config() / "dll.conf", "");
-  const CommandResult none = Scan("-o b.png");
-  EXPECT_EQ(none.exit_code, 3);
-  EXPECT_THAT(none.standard_error, HasSubstr("no scanner was found"));
+  EXPECT_THAT(Scan("-o b.png"), Fails(3, "no scanner was found"));
 }
 
 TEST_F(OffsetScan, KeepsResolutionAndAreaInTheFile) {
-  const CommandResult scan =
-      Scan("--device test:0 -o a.tiff --dpi 600 --area 10 10 50 20 --option test-picture=Grid");
-  ASSERT_EQ(scan.exit_code, 0) << scan.standard_error;
+  ASSERT_THAT(
+      Scan("--device test:0 -o a.tiff --dpi 600 --area 10 10 50 20 --option test-picture=Grid"),
+      Ends(0));
   const Page page = Read("a.tiff");
   constexpr double kInch_mm = 25.4;
   EXPECT_NEAR(page.width, 50 * 600 / kInch_mm, 2);
@@ -89,8 +82,7 @@ TEST_F(OffsetScan, ColoursComeInOnePassOrInThree) {
 }
 
 TEST_F(OffsetScan, AScannerThatDoesNotKnowItsLengthIsReadToTheEnd) {
-  const CommandResult scan = Scan("--device test:0 -o a.png --dpi 75 --option hand-scanner=yes");
-  ASSERT_EQ(scan.exit_code, 0) << scan.standard_error;
+  ASSERT_THAT(Scan("--device test:0 -o a.png --dpi 75 --option hand-scanner=yes"), Ends(0));
   EXPECT_GT(Read("a.png").height, 100);
 }
 
@@ -103,20 +95,18 @@ TEST_F(OffsetScan, NamesWhatKeepsAScannerFromScanning) {
                         Case{"DEVICE_BUSY", "another program"}, Case{"NO_DOCS", "on the glass"},
                         Case{"IO_ERROR", "cable"}, Case{"ACCESS_DENIED", "group 'scanner'"}}) {
     SCOPED_TRACE(c.status);
-    const CommandResult scan = ScanWithStatus(c.status);
-    EXPECT_EQ(scan.exit_code, 3);
-    EXPECT_THAT(scan.standard_error, HasSubstr(c.advice));
+    EXPECT_THAT(ScanWithStatus(c.status), Fails(3, c.advice));
     EXPECT_FALSE(std::filesystem::exists(Path("a.png")));
   }
 }
 
 TEST_F(OffsetScan, WhatTheScannerHasNotIsNamedWithWhatItHas) {
   EXPECT_THAT(Scan("--device test:0 -o a.png --dpi 2400").standard_error,
-              AllOf(HasSubstr("no resolution of 2400"), HasSubstr("1200")));
+              Containing("no resolution of 2400", "1200"));
   EXPECT_THAT(Scan("--device test:0 -o a.png --option lamp=on").standard_error,
               HasSubstr("no option 'lamp'"));
   EXPECT_THAT(Scan("--device test:0 -o a.png --option mode=Sepia").standard_error,
-              AllOf(HasSubstr("no mode 'Sepia'"), HasSubstr("Gray, Color")));
+              Containing("no mode 'Sepia'", "Gray, Color"));
   EXPECT_THAT(Scan("--device test:0 -o a.png --area 10 10 -5 5").standard_error,
               HasSubstr("is no area"));
   EXPECT_EQ(Scan("--device nowhere -o a.png").exit_code, 3);

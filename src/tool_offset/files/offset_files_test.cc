@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "measurement/outcome_file.h"
+#include "support/matchers.h"
 #include "support/temporary_folder.h"
 
 namespace trammel::files {
@@ -25,13 +26,12 @@ TEST(KeptOffsets, AreReadFromAFolderAsFromTheFileAndOtherInstrumentsAreNamed) {
                      {"backlash_x", "mm", Measured::Good({0.01, 0.001, {0.008, 0.012}})}};
   ASSERT_TRUE(KeepOutcome(folder.path(), outcome));
   for (const auto& path : {folder.path(), folder.path() / kResultFile}) {
-    const auto read = ReadOffsetFile(path);
-    ASSERT_TRUE(read) << read.error().message;
-    ASSERT_EQ(read->good.size(), 1u);
-    EXPECT_EQ(read->good[0].tool, 1);
-    EXPECT_EQ(read->good[0].dx_mm, 0.1);
-    EXPECT_EQ(read->good[0].dy95_mm.lo, -0.202);
-    EXPECT_THAT(read->refused, ElementsAre("tool 2: cannot_tell: too little ink"));
+    const auto read = Must(ReadOffsetFile(path));
+    ASSERT_EQ(read.good.size(), 1u);
+    EXPECT_EQ(read.good[0].tool, 1);
+    EXPECT_EQ(read.good[0].dx_mm, 0.1);
+    EXPECT_EQ(read.good[0].dy95_mm.lo, -0.202);
+    EXPECT_THAT(read.refused, ElementsAre("tool 2: cannot_tell: too little ink"));
   }
   outcome.answers = {{"tool_1_dx", "mm", Measured::Good({90, 1, {88, 92}})},
                      {"tool_1_dy", "mm", Measured::Good({0, 1, {-2, 2}})}};
@@ -73,16 +73,15 @@ TEST_F(OffsetHistory, GrowsByALineAndComesBackAsItWas) {
   ASSERT_TRUE(AppendToHistory(path_, Change(OffsetStage::kBegun, 1)));
   ASSERT_TRUE(AppendToHistory(path_, Change(OffsetStage::kApplied, 1)));
   ASSERT_TRUE(AppendToHistory(path_, Change(OffsetStage::kKept, 2)));
-  const auto changes = ReadOffsetChanges(path_);
-  ASSERT_TRUE(changes) << changes.error().message;
-  ASSERT_THAT(*changes, SizeIs(3));
-  const OffsetChange& second = (*changes)[1];
+  const auto changes = Must(ReadOffsetChanges(path_));
+  ASSERT_THAT(changes, SizeIs(3));
+  const OffsetChange& second = changes[1];
   EXPECT_EQ(second.stage, OffsetStage::kApplied);
   EXPECT_EQ(second.source, "a \"quoted\"\nname.json");
   EXPECT_EQ(second.dx_mm, 0.1234567890123);
   EXPECT_EQ(second.old_offset.y_mm, -0.75);
   EXPECT_EQ(second.new_offset.x_mm, 0.377);
-  EXPECT_EQ((*changes)[2].tool, 2);
+  EXPECT_EQ(changes[2].tool, 2);
 }
 
 TEST_F(OffsetHistory, ATornLineIsLeftAndTakesNoOtherWithIt) {
@@ -90,24 +89,20 @@ TEST_F(OffsetHistory, ATornLineIsLeftAndTakesNoOtherWithIt) {
   const std::string whole = test::ReadWhole(path_);
   test::WriteWhole(path_, whole + whole.substr(0, whole.size() / 2));
   ASSERT_TRUE(AppendToHistory(path_, Change(OffsetStage::kApplied, 2)));
-  const auto changes = ReadOffsetChanges(path_);
-  ASSERT_TRUE(changes);
-  ASSERT_THAT(*changes, SizeIs(2));
-  EXPECT_EQ((*changes)[1].tool, 2);
+  const auto changes = Must(ReadOffsetChanges(path_));
+  ASSERT_THAT(changes, SizeIs(2));
+  EXPECT_EQ(changes[1].tool, 2);
 }
 
 TEST_F(OffsetHistory, NoFileIsNoHistoryAndALaterFormatIsRefused) {
   EXPECT_THAT(*ReadOffsetChanges(path_), SizeIs(0));
   test::WriteWhole(folder_.path() / "later", "{\"format\": 2, \"kind\": \"applied\"}\n");
-  const auto later = ReadOffsetChanges(folder_.path() / "later");
-  ASSERT_FALSE(later);
-  EXPECT_THAT(later.error().message, HasSubstr("format 2"));
+  EXPECT_THAT(ReadOffsetChanges(folder_.path() / "later"), FailsWith("format 2"));
 }
 
 TEST_F(OffsetHistory, AFileThatCannotBeWrittenIsNamed) {
-  const auto written = AppendToHistory(folder_.path(), Change(OffsetStage::kBegun, 1));
-  ASSERT_FALSE(written);
-  EXPECT_THAT(written.error().message, HasSubstr("--history"));
+  EXPECT_THAT(AppendToHistory(folder_.path(), Change(OffsetStage::kBegun, 1)),
+              FailsWith("--history"));
   test::WriteWhole(folder_.path() / "file", "x");
   EXPECT_FALSE(AppendToHistory(folder_.path() / "file" / "below", Change(OffsetStage::kBegun, 1)));
 }
@@ -123,18 +118,17 @@ TEST(StartFile, ComesBackAsItWasWritten) {
   record.tools = {
       {0, tool_offset::KeptOffset{0, 0}}, {2, tool_offset::KeptOffset{0.25, -0.5}}, {3}};
   ASSERT_TRUE(WriteStart(folder.path(), record));
-  const auto read = ReadStart(folder.path());
-  ASSERT_TRUE(read) << read.error().message;
-  EXPECT_EQ(read->stage, record.stage);
-  EXPECT_EQ(read->printer, record.printer);
-  EXPECT_EQ(read->run, record.run);
-  EXPECT_EQ(read->started, record.started);
-  EXPECT_EQ(read->printed_s, record.printed_s);
-  ASSERT_EQ(read->tools.size(), 3U);
-  EXPECT_EQ(read->tools[1].tool, 2);
-  ASSERT_TRUE(read->tools[1].kept);
-  EXPECT_EQ(read->tools[1].kept->y_mm, -0.5);
-  EXPECT_FALSE(read->tools[2].kept);
+  const auto read = Must(ReadStart(folder.path()));
+  EXPECT_EQ(read.stage, record.stage);
+  EXPECT_EQ(read.printer, record.printer);
+  EXPECT_EQ(read.run, record.run);
+  EXPECT_EQ(read.started, record.started);
+  EXPECT_EQ(read.printed_s, record.printed_s);
+  ASSERT_EQ(read.tools.size(), 3U);
+  EXPECT_EQ(read.tools[1].tool, 2);
+  ASSERT_TRUE(read.tools[1].kept);
+  EXPECT_EQ(read.tools[1].kept->y_mm, -0.5);
+  EXPECT_FALSE(read.tools[2].kept);
   record.stage = StartStage::kAnalysed;
   ASSERT_TRUE(WriteStart(folder.path(), record));
   EXPECT_EQ(ReadStart(folder.path())->stage, StartStage::kAnalysed);
@@ -186,10 +180,7 @@ TEST(StartFile, WhatNoStartWroteIsRefusedByName) {
        R"({"format":1,"stage":"printed","printer":"p","run":"r","started":"s","printed_s":0,"tools":[{"tool":0},{"tool":99}]})",
        R"({"format":1,"stage":"printed","printer":"p","run":"r","started":"s","printed_s":0,"tools":[{"tool":0},{"tool":1,"x_mm":1e9,"y_mm":0}]})"}) {
     test::WriteWhole(folder.path() / kStartFile, text);
-    const auto read = ReadStart(folder.path());
-    ASSERT_FALSE(read) << text;
-    EXPECT_EQ(read.error().kind, ErrorKind::kInput);
-    EXPECT_THAT(read.error().message, HasSubstr("start.json"));
+    EXPECT_THAT(ReadStart(folder.path()), FailsWith(ErrorKind::kInput, "start.json")) << text;
   }
 }
 

@@ -8,6 +8,7 @@
 #include <numbers>
 #include <set>
 
+#include "support/matchers.h"
 #include "tool_offset/offset/analyse.h"
 #include "tool_offset/reading/sheet_scene_test_support.h"
 
@@ -125,10 +126,8 @@ TEST(OriginalRead, RefusesASheetOfAnotherNumberOfTools) {
   for (const auto& [printed, read_as] : {std::pair{OfTools({1, 2}), OfTools({1, 2, 3})},
                                          {OfTools({1, 2}), OfTools({1, 2, 3, 4, 5})},
                                          {OfTools({1, 2, 3}), OfTools({1, 2})}}) {
-    const auto result = Read(PlanOriginal(printed), PlanOriginal(read_as), scene);
-    ASSERT_FALSE(result);
-    EXPECT_EQ(result.error().kind, ErrorKind::kMeasurement);
-    EXPECT_THAT(result.error().message, HasSubstr(" pairs"));
+    EXPECT_THAT(Read(PlanOriginal(printed), PlanOriginal(read_as), scene),
+                FailsWith(ErrorKind::kMeasurement, " pairs"));
   }
 }
 
@@ -136,19 +135,15 @@ TEST(OriginalRead, RefusesAScanOfTooFewDots) {
   const SheetPlan plan = PlanOriginal(OfTools({1, 2}));
   SheetScene scene = Scene();
   scene.paper.dpi_x = scene.paper.dpi_y = 150;
-  const auto result = Read(plan, plan, scene);
-  ASSERT_FALSE(result);
-  EXPECT_THAT(result.error().message, HasSubstr("150 dpi, at least 200"));
+  EXPECT_THAT(Read(plan, plan, scene), FailsWith("150 dpi, at least 200"));
 }
 
 TEST(OriginalRead, NoticesOnTheControlThatTheFileIsAnother) {
   OriginalSheet printed = OfTools({1, 2});
   printed.moved[1] = {0.08, 0};
   const SheetPlan plan = PlanOriginal(OfTools({1, 2}));
-  const auto result = Read(PlanOriginal(printed), plan, Scene());
-  ASSERT_FALSE(result);
-  EXPECT_THAT(result.error().message, HasSubstr("was not printed from this file"));
-  EXPECT_THAT(result.error().message, HasSubstr("+0.080 mm along u"));
+  EXPECT_THAT(Read(PlanOriginal(printed), plan, Scene()),
+              FailsWith("was not printed from this file", "+0.080 mm along u"));
 }
 
 TEST(OriginalRead, TakesOffWhatTheFileMovesOnPurposeAndSaysSo) {
@@ -156,10 +151,9 @@ TEST(OriginalRead, TakesOffWhatTheFileMovesOnPurposeAndSaysSo) {
   sheet.moved[0] = {0.1, -0.1};
   const SheetPlan plan = PlanOriginal(sheet);
   const SheetScene scene = Scene();
-  const auto result = Read(plan, plan, scene);
-  ASSERT_TRUE(result) << result.error().message;
-  ExpectTool(result->tools[0], scene.offset_mm.at(1), kClean_mm);
-  EXPECT_THAT(result->notices, Contains(HasSubstr("moves combs on purpose")));
+  const auto result = Must(Read(plan, plan, scene));
+  ExpectTool(result.tools[0], scene.offset_mm.at(1), kClean_mm);
+  EXPECT_THAT(result.notices, Contains(HasSubstr("moves combs on purpose")));
 }
 
 TEST(OriginalRead, GivesBackProgrammedOffsetsWithoutThePublishedGainError) {
@@ -167,11 +161,10 @@ TEST(OriginalRead, GivesBackProgrammedOffsetsWithoutThePublishedGainError) {
   const std::array<double, 5> set_mm{0, -0.05, 0.05, -0.1, 0.1};
   for (std::size_t i = 0; i < 5; ++i) sheet.moved[i] = {set_mm[i], set_mm[i]};
   const SheetPlan plan = PlanOriginal(sheet);
-  const auto result = Read(plan, plan, Scene());
-  ASSERT_TRUE(result) << result.error().message;
-  EXPECT_TRUE(result->tools.empty());
-  ASSERT_EQ(result->self_tests.size(), 16U);
-  for (const SelfTestReading& test : result->self_tests) {
+  const auto result = Must(Read(plan, plan, Scene()));
+  EXPECT_TRUE(result.tools.empty());
+  ASSERT_EQ(result.self_tests.size(), 16U);
+  for (const SelfTestReading& test : result.self_tests) {
     ASSERT_TRUE(test.recovered_mm.good()) << test.recovered_mm.reason();
     EXPECT_NEAR(test.recovered_mm.quantity().value, test.programmed_mm, kClean_mm);
     EXPECT_GT(std::abs(test.programmed_mm), 0.04);
@@ -182,12 +175,11 @@ TEST(OriginalRead, AnswersCoarselyBeyondTheCombsAndRefusesFarOff) {
   const SheetPlan plan = PlanOriginal(OfTools({1, 2, 3}));
   SheetScene scene = Scene();
   scene.offset_mm = {{1, {1.2, -0.9}}, {3, {-2.6, 0.1}}};
-  const auto result = Read(plan, plan, scene);
-  ASSERT_TRUE(result) << result.error().message;
+  const auto result = Must(Read(plan, plan, scene));
   constexpr double kCoarse_mm = 0.05;
-  EXPECT_TRUE(result->tools[0].coarse);
-  ExpectTool(result->tools[0], {1.2, -0.9}, kCoarse_mm);
-  EXPECT_EQ(result->tools[1].dx_mm.verdict(), Verdict::kRefused);
+  EXPECT_TRUE(result.tools[0].coarse);
+  ExpectTool(result.tools[0], {1.2, -0.9}, kCoarse_mm);
+  EXPECT_EQ(result.tools[1].dx_mm.verdict(), Verdict::kRefused);
 }
 
 }  // namespace

@@ -6,6 +6,7 @@
 #include <cstdio>
 
 #include "session/fake_printer.h"
+#include "support/matchers.h"
 
 namespace trammel::procedure {
 namespace {
@@ -56,18 +57,16 @@ class ToolPrinter : public testing::FakePrinter {
 TEST(ToolOffsets, AnOffsetThatNoToolHasIsThePrintersFault) {
   ToolPrinter printer;
   printer.tool["gcode_y_offset"] = 1e308;
-  const auto offset = ReadToolOffset({printer, {}, {}}, 1);
-  ASSERT_FALSE(offset);
-  EXPECT_THAT(offset.error().message, HasSubstr("gcode_y_offset of tool 1 is 1e+308 mm"));
+  EXPECT_THAT(ReadToolOffset({printer, {}, {}}, 1),
+              FailsWith("gcode_y_offset of tool 1 is 1e+308 mm"));
 }
 
 TEST(ToolOffsets, AreReadSetAndReadBackUnderTheNameThatTheChangerTells) {
   ToolPrinter printer;
   const Session session{printer, {}, {}};
-  const auto before = ReadToolOffset(session, 1);
-  ASSERT_TRUE(before) << before.error().message;
-  EXPECT_EQ(before->x_mm, 0.25);
-  EXPECT_EQ(before->y_mm, -0.5);
+  const auto before = Must(ReadToolOffset(session, 1));
+  EXPECT_EQ(before.x_mm, 0.25);
+  EXPECT_EQ(before.y_mm, -0.5);
   ASSERT_TRUE(SetToolOffset(session, 1, {0.1, 0.2}));
   EXPECT_THAT(printer.scripts,
               ElementsAre("SET_TOOL_PARAMETER T=1 PARAMETER=gcode_x_offset VALUE=0.100",
@@ -79,8 +78,7 @@ TEST(ToolOffsets, AreKeptByOneSaveConfigBehindAllTools) {
   const Session session{printer, {}, {}};
   ASSERT_TRUE(SetToolOffset(session, 1, {0.1, 0.2}));
   printer.scripts.clear();
-  const auto kept = KeepToolOffsets(session, {{1, {0.1, 0.2}}});
-  ASSERT_TRUE(kept) << kept.error().message;
+  Must(KeepToolOffsets(session, {{1, {0.1, 0.2}}}));
   EXPECT_THAT(printer.scripts,
               ElementsAre("SAVE_TOOL_PARAMETER T=1 PARAMETER=gcode_x_offset",
                           "SAVE_TOOL_PARAMETER T=1 PARAMETER=gcode_y_offset", "SAVE_CONFIG"));
@@ -88,13 +86,10 @@ TEST(ToolOffsets, AreKeptByOneSaveConfigBehindAllTools) {
 
 TEST(ToolOffsets, AToolThatThePrinterHasNotIsNamedWithThoseThatItHas) {
   ToolPrinter printer;
-  const auto none = ReadToolOffset({printer, {}, {}}, 2);
-  ASSERT_FALSE(none);
-  EXPECT_THAT(none.error().message, HasSubstr("no tool 2: its toolchanger has [0,1]"));
+  EXPECT_THAT(ReadToolOffset({printer, {}, {}}, 2),
+              FailsWith("no tool 2: its toolchanger has [0,1]"));
   printer.changer = false;
-  const auto plain = ReadToolOffset({printer, {}, {}}, 1);
-  ASSERT_FALSE(plain);
-  EXPECT_THAT(plain.error().message, HasSubstr("--now 1:X,Y"));
+  EXPECT_THAT(ReadToolOffset({printer, {}, {}}, 1), FailsWith("--now 1:X,Y"));
 }
 
 using ::testing::AllOf;
@@ -118,27 +113,24 @@ TEST(PrinterTools, OfAToolchangerHaveTheirNumbersExtrudersAndOffsets) {
       {"extruder", "extruder"}, {"gcode_x_offset", 0}, {"gcode_y_offset", 0}};
   printer.told["tool b"] = {
       {"extruder", "extruder1"}, {"gcode_x_offset", 0.25}, {"gcode_y_offset", -0.5}};
-  const auto found = ReadTools({printer, {}, {}});
-  ASSERT_TRUE(found) << found.error().message;
-  EXPECT_TRUE(found->can_be_set());
-  ASSERT_EQ(found->tools.size(), 2U);
-  EXPECT_EQ(found->tools[1].number, 1);
-  EXPECT_EQ(found->tools[1].extruder, "extruder1");
-  ASSERT_TRUE(found->tools[1].kept);
-  EXPECT_EQ(found->tools[1].kept->y_mm, -0.5);
-  EXPECT_THAT(found->notices, IsEmpty());
-  EXPECT_EQ(UsualToolChange({printer, {}, {}}, *found).value(), "T{tool}");
+  const auto found = Must(ReadTools({printer, {}, {}}));
+  EXPECT_TRUE(found.can_be_set());
+  ASSERT_EQ(found.tools.size(), 2U);
+  EXPECT_EQ(found.tools[1].number, 1);
+  EXPECT_EQ(found.tools[1].extruder, "extruder1");
+  ASSERT_TRUE(found.tools[1].kept);
+  EXPECT_EQ(found.tools[1].kept->y_mm, -0.5);
+  EXPECT_THAT(found.notices, IsEmpty());
+  EXPECT_EQ(UsualToolChange({printer, {}, {}}, found).value(), "T{tool}");
   printer.unknown["T0"] = true;
-  EXPECT_EQ(UsualToolChange({printer, {}, {}}, *found).value(), "SELECT_TOOL T={tool}");
+  EXPECT_EQ(UsualToolChange({printer, {}, {}}, found).value(), "SELECT_TOOL T={tool}");
 }
 
 TEST(PrinterTools, OneToolAloneIsNamed) {
   testing::FakePrinter printer;
   printer.told["configfile"] = Settings({"extruder", "heater_bed"});
-  const auto found = ReadTools({printer, {}, {}});
-  ASSERT_FALSE(found);
-  EXPECT_EQ(found.error().kind, ErrorKind::kMachine);
-  EXPECT_THAT(found.error().message, HasSubstr("the printer has one tool, T0 (extruder)"));
+  EXPECT_THAT(ReadTools({printer, {}, {}}),
+              FailsWith(ErrorKind::kMachine, "the printer has one tool, T0 (extruder)"));
   printer.told = Json::object();
   EXPECT_THAT(ReadTools({printer, {}, {}}).error().message, HasSubstr("tells of no tool"));
 }
@@ -165,15 +157,14 @@ TEST(PrinterTools, WhereNobodyKeepsOffsetsItIsSaidWhoDoesAndWhatCanBeDone) {
              "ACTIVATE_EXTRUDER EXTRUDER={extruder}"}}) {
     testing::FakePrinter printer;
     printer.told["configfile"] = Settings(c.sections);
-    const auto found = ReadTools({printer, {}, {}});
-    ASSERT_TRUE(found) << found.error().message;
-    EXPECT_EQ(found->keeper, c.keeper);
-    EXPECT_FALSE(found->can_be_set());
-    EXPECT_EQ(found->tools.size(), 2U);
-    EXPECT_FALSE(found->tools[1].kept);
-    EXPECT_THAT(found->notices,
+    const auto found = Must(ReadTools({printer, {}, {}}));
+    EXPECT_EQ(found.keeper, c.keeper);
+    EXPECT_FALSE(found.can_be_set());
+    EXPECT_EQ(found.tools.size(), 2U);
+    EXPECT_FALSE(found.tools[1].kept);
+    EXPECT_THAT(found.notices,
                 Contains(AllOf(HasSubstr(c.words), HasSubstr("--for klipper-gcode-offset"))));
-    EXPECT_EQ(UsualToolChange({printer, {}, {}}, *found).value(), c.change);
+    EXPECT_EQ(UsualToolChange({printer, {}, {}}, found).value(), c.change);
   }
 }
 
@@ -187,18 +178,14 @@ Json NamedCarriages() {
 TEST(PrinterTools, CarriagesWithNamesArePickedUpByMacrosAlone) {
   testing::FakePrinter printer;
   printer.told["configfile"] = NamedCarriages();
-  const auto found = ReadTools({printer, {}, {}});
-  ASSERT_TRUE(found) << found.error().message;
-  EXPECT_EQ(found->keeper, ToolKeeper::kDualCarriage);
-  EXPECT_THAT(found->notices, Contains(HasSubstr("(IDEX)")));
-  EXPECT_EQ(UsualToolChange({printer, {}, {}}, *found).value(), "T{tool}");
+  const auto found = Must(ReadTools({printer, {}, {}}));
+  EXPECT_EQ(found.keeper, ToolKeeper::kDualCarriage);
+  EXPECT_THAT(found.notices, Contains(HasSubstr("(IDEX)")));
+  EXPECT_EQ(UsualToolChange({printer, {}, {}}, found).value(), "T{tool}");
   printer.unknown["T0"] = true;
-  const auto change = UsualToolChange({printer, {}, {}}, *found);
-  ASSERT_FALSE(change);
-  EXPECT_EQ(change.error().kind, ErrorKind::kSafety);
-  EXPECT_THAT(change.error().message,
-              AllOf(HasSubstr("[gcode_macro T0] (SET_DUAL_CARRIAGE CARRIAGE=x, "),
-                    HasSubstr("[gcode_macro T1] (SET_DUAL_CARRIAGE CARRIAGE=carriage_u, ")));
+  EXPECT_THAT(UsualToolChange({printer, {}, {}}, found),
+              FailsWith(ErrorKind::kSafety, "[gcode_macro T0] (SET_DUAL_CARRIAGE CARRIAGE=x, ",
+                        "[gcode_macro T1] (SET_DUAL_CARRIAGE CARRIAGE=carriage_u, "));
 }
 
 TEST(PrinterTools, AToolChangeThatLeavesTheCarriageBehindIsRefused) {

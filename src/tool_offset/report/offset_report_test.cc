@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "document/parsers_test_support.h"
+#include "support/matchers.h"
 #include "tool_offset/offset/analyse.h"
 #include "tool_offset/original/original_sheet.h"
 #include "tool_offset/reading/sheet_scene_test_support.h"
@@ -67,27 +68,23 @@ const Drawn& Sheet() {
 TEST(OffsetReport, IsAWholePageThatLoadsNothingAndEscapesNames) {
   const std::string page = OffsetReport(Sheet().input);
   EXPECT_EQ(test::XmlProblem(page), "");
-  EXPECT_THAT(page, AllOf(HasSubstr("default-src 'none'"), HasSubstr("a &amp; b &lt;"),
-                          HasSubstr("&lt;no sheet&gt; &amp; nothing")));
+  EXPECT_THAT(page,
+              Containing("default-src 'none'", "a &amp; b &lt;", "&lt;no sheet&gt; &amp; nothing"));
   EXPECT_THAT(page, AllOf(Not(HasSubstr("http://")), Not(HasSubstr("https://")),
                           Not(HasSubstr("<script"))));
 }
 
 TEST(OffsetReport, ShowsAToolThatIsRefusedWithItsReasonAndWithoutANumber) {
   const std::string page = OffsetReport(Sheet().input);
-  EXPECT_THAT(page, HasSubstr("class=\"card head refused\""));
-  EXPECT_THAT(page, HasSubstr("colspan=\"4\">T2: at no place"));
-  EXPECT_THAT(page, HasSubstr("T2: at no place within"));
-  EXPECT_THAT(page, HasSubstr("1 of 2 tools have an offset"));
-  EXPECT_THAT(page, HasSubstr(">T1</td><td data-name=\"x\"><span>+0.19"));
-  EXPECT_THAT(page, HasSubstr("95 %: +0.19"));
+  EXPECT_THAT(page, Containing("class=\"card head refused\"", "colspan=\"4\">T2: at no place",
+                               "T2: at no place within", "1 of 2 tools have an offset",
+                               ">T1</td><td data-name=\"x\"><span>+0.19", "95 %: +0.19"));
 }
 
 TEST(OffsetReport, HasTheLinesToPasteWithTheSignOfTheSheetsFirmware) {
   // T1 lands 0.2 mm to the right and 0.1 mm to the front.
   const std::string page = OffsetReport(Sheet().input);
-  EXPECT_THAT(page, HasSubstr("PARAMETER=gcode_x_offset VALUE=-0.199"));
-  EXPECT_THAT(page, Not(HasSubstr("T=2")));
+  EXPECT_THAT(page, Containing("PARAMETER=gcode_x_offset VALUE=-0.199", Not(HasSubstr("T=2"))));
   EXPECT_LT(page.find("SET_TOOL_PARAMETER"), page.find("<svg"));
   OffsetReportInput kept = Sheet().input;
   kept.kept = {{1, {0.5, 0}, {0.301, 0.1}}};
@@ -98,8 +95,9 @@ TEST(OffsetReport, DrawsAnArrowFromTheReferenceToolToEachThatHasAnOffset) {
   const auto figure = ToolArrowsFigure(Sheet().analysis);
   ASSERT_TRUE(figure);
   EXPECT_THAT(figure->seen, HasSubstr("T1 lands 0.199 mm to the right and 0.100 mm to the front"));
-  EXPECT_THAT(figure->canvas.ToSvg(), AllOf(HasSubstr(">T0</text>"), HasSubstr(">T1: +0.199, -0.100"
-                                                                               " mm</text>")));
+  EXPECT_THAT(figure->canvas.ToSvg(), Containing(">T0</text>",
+                                                 ">T1: +0.199, -0.100"
+                                                 " mm</text>"));
   OffsetAnalysis none = Sheet().analysis;
   none.combined.tools.clear();
   EXPECT_FALSE(ToolArrowsFigure(none));
@@ -110,7 +108,7 @@ TEST(OffsetReport, HasAPictureOfThePageForEveryStep) {
   EXPECT_EQ(page.name, "page");
   EXPECT_EQ(test::XmlProblem(page.svg), "");
   EXPECT_THAT(page.svg, HasSubstr("data:image/jpeg;base64,"));
-  EXPECT_THAT(page.html[0], AllOf(HasSubstr("<figcaption>"), HasSubstr("class=\"narrow\"")));
+  EXPECT_THAT(page.html[0], Containing("<figcaption>", "class=\"narrow\""));
   EXPECT_LT(page.html.back().size(), page.html.front().size());
 }
 
@@ -143,8 +141,7 @@ TEST(OffsetReport, ShowsSelfTestsAndPickUpsWhereThereAreAny) {
   OffsetReportInput input = Sheet().input;
   input.analysis = &analysis;
   for (const std::string& text : {OffsetReport(input), OffsetText(analysis)}) {
-    EXPECT_THAT(text, AllOf(HasSubstr("self-test X 1, +0.10 mm"), HasSubstr("T1 pick-up 1")));
-    EXPECT_THAT(text, AllOf(HasSubstr("torn"), HasSubstr("95 %: +0.09")));
+    EXPECT_THAT(text, Containing("self-test X 1, +0.10 mm", "T1 pick-up 1", "torn", "95 %: +0.09"));
   }
 }
 
@@ -160,7 +157,7 @@ TEST(OffsetReport, APageOfManyScansStaysSmallEnoughToBeSent) {
   const std::string page = OffsetReport(many.input);
   EXPECT_LE(page.size(), kMaxPageBytes);
   EXPECT_EQ(test::XmlProblem(page), "");
-  EXPECT_THAT(page, AllOf(HasSubstr("Scan 20 (sheet 1)"), HasSubstr("data:image/jpeg")));
+  EXPECT_THAT(page, Containing("Scan 20 (sheet 1)", "data:image/jpeg"));
 }
 
 }  // namespace

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "base/check.h"
+#include "support/matchers.h"
 #include "tool_offset/sheet/sheet_bed.h"
 
 namespace trammel::tool_offset {
@@ -243,8 +244,7 @@ TEST(SheetGcode, EveryToolIsColdAtTheEndAndHotOnlyInItsTurn) {
   }
   settings.printer.dialect = Dialect::kRepRapFirmware;
   const std::string text = WriteSheetGcode(PlanSheet(settings)).text;
-  EXPECT_THAT(text, HasSubstr("G10 P1 S240 R240\nM116 P1\nT1\n"));
-  EXPECT_THAT(text, HasSubstr("G10 P0 S0 R0\nG10 P1 S0 R0\n"));
+  EXPECT_THAT(text, Containing("G10 P1 S240 R240\nM116 P1\nT1\n", "G10 P0 S0 R0\nG10 P1 S0 R0\n"));
 }
 
 TEST(SheetGcode, EachFirmwareHasItsOwnPauseAndState) {
@@ -258,13 +258,10 @@ TEST(SheetGcode, EachFirmwareHasItsOwnPauseAndState) {
   EXPECT_LT(klipper.rfind("\nT0\n"), klipper.find("RESTORE_GCODE_STATE NAME=trammel_pattern"));
   settings.printer.dialect = Dialect::kMarlin;
   const std::string marlin = WriteSheetGcode(PlanSheet(settings)).text;
-  EXPECT_THAT(marlin, HasSubstr("\nM0 Tape the paper"));
-  EXPECT_THAT(marlin, Not(HasSubstr("GCODE_STATE")));
+  EXPECT_THAT(marlin, Containing("\nM0 Tape the paper", Not(HasSubstr("GCODE_STATE"))));
   settings.printer.dialect = Dialect::kRepRapFirmware;
   const std::string rrf = WriteSheetGcode(PlanSheet(settings)).text;
-  EXPECT_THAT(rrf, HasSubstr("\nM291 P\"Tape the paper"));
-  EXPECT_THAT(rrf, HasSubstr("\nM120\n"));
-  EXPECT_THAT(rrf, HasSubstr("\nM121\n"));
+  EXPECT_THAT(rrf, Containing("\nM291 P\"Tape the paper", "\nM120\n", "\nM121\n"));
   settings.pause = false;
   EXPECT_THAT(WriteSheetGcode(PlanSheet(settings)).text, Not(HasSubstr("M291")));
   settings.pause = true;
@@ -279,9 +276,9 @@ TEST(SheetGcode, ToolChangesPrimingAndWipingAreTheUsersOwn) {
   settings.prime_gcode = "PRIME T={tool} FROM={previous_tool} AT={tool_temperature_c}";
   settings.wipe_gcode = "WIPE T={tool}";
   const std::string text = WriteSheetGcode(PlanSheet(settings)).text;
-  EXPECT_THAT(text, HasSubstr("\nSET_DUAL_CARRIAGE CARRIAGE=1\nACTIVATE_EXTRUDER "
-                              "EXTRUDER=extruder1\nG90 ; absolute positions\nM83"));
-  EXPECT_THAT(text, HasSubstr("\nPRIME T=1 FROM=0 AT=255\nG90 ; absolute positions\nM83"));
+  EXPECT_THAT(text, Containing("\nSET_DUAL_CARRIAGE CARRIAGE=1\nACTIVATE_EXTRUDER "
+                               "EXTRUDER=extruder1\nG90 ; absolute positions\nM83",
+                               "\nPRIME T=1 FROM=0 AT=255\nG90 ; absolute positions\nM83"));
   EXPECT_EQ(LinesWith(text, "WIPE T=0").size(), 1u);
   EXPECT_EQ(LinesWith(text, "WIPE T=1").size(), 1u);
   EXPECT_EQ(LinesWith(text, "PRIME T=").size(), 2u);
@@ -362,8 +359,7 @@ TEST(SheetPaper, ThePaperIsTapedToAColdBedUnderAColdNozzleHighAndBehindInEveryFi
     EXPECT_EQ(machine.z_mm, 50);
     EXPECT_EQ(machine.y_mm, 245);
     const std::string after = text.substr(text.find(std::string("\n") + pause));
-    EXPECT_THAT(after, HasSubstr("\nM140 S60\n"));
-    EXPECT_THAT(after, HasSubstr("\nM190 S60\n"));
+    EXPECT_THAT(after, Containing("\nM140 S60\n", "\nM190 S60\n"));
     EXPECT_EQ(text.find("\nM190 S110"), std::string::npos);
   }
 }

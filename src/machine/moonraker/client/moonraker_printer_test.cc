@@ -9,6 +9,7 @@
 #include "base/check.h"
 #include "machine/moonraker/moonraker_test_support.h"
 #include "machine/net/host_clock.h"
+#include "support/matchers.h"
 
 namespace trammel::machine {
 namespace {
@@ -17,7 +18,6 @@ using nlohmann::json;
 using test::Notification;
 using test::ResultFor;
 using test::StatusUpdate;
-using ::testing::AllOf;
 using ::testing::HasSubstr;
 using ::testing::Not;
 
@@ -32,12 +32,11 @@ TEST_F(MoonrakerPrinterTest, AnAnswerDoesNotUndoTheUpdateThatCameRightAfterIt) {
       return std::vector{ResultFor(request, {{"eventtime", 3050.0 + i}, {"status", nozzle(20)}}),
                          StatusUpdate(nozzle(200 + i), 3050.5 + i)};
     });
-    const Result<PrinterState> state = printer_->WaitUntil(
+    ASSERT_TRUE(printer_->WaitUntil(
         [=](const PrinterState& now) {
           return now.heaters.at("extruder").temperature_c == 200 + i;
         },
-        "the update", {.time_limit_s = 2});
-    ASSERT_TRUE(state) << state.error().message;
+        "the update", {.time_limit_s = 2}));
   }
 }
 
@@ -49,8 +48,7 @@ TEST_F(MoonrakerPrinterTest, WaitsForAStateAndNamesItWhenItDoesNotCome) {
   constexpr double kRest_s = 0.0999999812;  // remaining time of a limit, by a clock
   Result<PrinterState> state =
       printer_->WaitUntil(hot, "the nozzle to reach 200 °C", {.time_limit_s = kRest_s});
-  ASSERT_FALSE(state);
-  EXPECT_THAT(state.error().message, HasSubstr("0.1 s in vain for the nozzle to reach 200 °C"));
+  ASSERT_THAT(state, FailsWith("0.1 s in vain for the nozzle to reach 200 °C"));
   auto waiting = std::async(std::launch::async, [&] {
     return printer_->WaitUntil(hot, "the nozzle to reach 200 °C", kPatience);
   });
@@ -71,20 +69,15 @@ TEST_F(MoonrakerPrinterTest, WaitingEndsEarlyWithThePrinterAndNamesTheRemedy) {
   auto waiting = wait();
   EXPECT_FALSE(server_.WaitForRequest("printer.objects.query").is_null());
   server_.Push(Notification("notify_klippy_shutdown"));
-  const Result<PrinterState> shut_down = waiting.get();
-  ASSERT_FALSE(shut_down);
-  EXPECT_THAT(shut_down.error().message, AllOf(HasSubstr("'shutdown'"), HasSubstr("the moon")));
+  EXPECT_THAT(waiting.get(), FailsWith("'shutdown'", "the moon"));
   server_.Push(Notification("notify_klippy_ready"));
   ASSERT_TRUE(printer_->WaitUntilReady(kPatience));
   const int asked = server_.CountRequests("printer.objects.query");
   waiting = wait();
   EXPECT_FALSE(server_.WaitForRequest("printer.objects.query", asked + 1).is_null());
   server_.BreakConnections();
-  const Result<PrinterState> gone = waiting.get();
-  ASSERT_FALSE(gone);
-  EXPECT_THAT(gone.error().message,
-              AllOf(HasSubstr("'disconnected'"), HasSubstr("when Moonraker and Klipper are back"),
-                    Not(HasSubstr("FIRMWARE_RESTART"))));
+  EXPECT_THAT(waiting.get(), FailsWith("'disconnected'", "when Moonraker and Klipper are back",
+                                       Not(HasSubstr("FIRMWARE_RESTART"))));
 }
 
 TEST_F(MoonrakerPrinterTest, NonsenseDropsTheLinkWhichComesBack) {
@@ -122,14 +115,10 @@ TEST_F(MoonrakerPrinterTest, AbsurdFiguresAreAnErrorAndNoState) {
         {{"eventtime", 3050.0},
          {"status", {{"toolhead", {{"max_accel", 1e308}, {"position", {0.0, 0.0, 5.0, 0.0}}}}}}})};
   });
-  const Result<PrinterState> state = printer_->State(kPatience);
-  ASSERT_FALSE(state);
-  EXPECT_THAT(state.error().message, HasSubstr("toolhead.max_accel is 1e+308"));
+  EXPECT_THAT(printer_->State(kPatience), FailsWith("toolhead.max_accel is 1e+308"));
   EXPECT_EQ(printer_->LastState().readiness, PrinterReadiness::kError);
-  const auto waited =
-      printer_->WaitUntil([](const PrinterState&) { return true; }, "anything", kPatience);
-  ASSERT_FALSE(waited);
-  EXPECT_THAT(waited.error().message, HasSubstr("toolhead.max_accel is 1e+308"));
+  EXPECT_THAT(printer_->WaitUntil([](const PrinterState&) { return true; }, "anything", kPatience),
+              FailsWith("toolhead.max_accel is 1e+308"));
   server_.Answer("printer.objects.query",
                  {{"eventtime", 3051.0}, {"status", {{"toolhead", {{"max_accel", 5000.0}}}}}});
   EXPECT_TRUE(printer_->State(kPatience)) << "a value that is right again is believed";
@@ -140,10 +129,9 @@ TEST_F(MoonrakerPrinterTest, MacrosCanCallUsAlsoAfterAReconnect) {
   std::promise<json> first;
   std::promise<json> second;
   int calls = 0;
-  const Result<void> registered = printer_->RegisterRemoteMethod(
+  Must(printer_->RegisterRemoteMethod(
       "trammel_calibrate",
-      [&](const json& params) { (calls++ == 0 ? first : second).set_value(params); }, kPatience);
-  ASSERT_TRUE(registered) << registered.error().message;
+      [&](const json& params) { (calls++ == 0 ? first : second).set_value(params); }, kPatience));
   const json call = {{"jsonrpc", "2.0"},
                      {"method", "trammel_calibrate"},
                      {"params", {{"what", "start"}, {"t", 1.5}}}};
@@ -210,10 +198,7 @@ TEST_F(MoonrakerPrinterTest, ABugOnTheConnectionsThreadEndsTheLinkAndNotTheProce
   auto waiting = std::async(std::launch::async, [&] { return printer_->Webcams(kPatience); });
   EXPECT_FALSE(server_.WaitForRequest("server.webcams.list").is_null());
   server_.Push({{"jsonrpc", "2.0"}, {"method", "trammel_calibrate"}, {"params", json::object()}});
-  const auto webcams = waiting.get();
-  ASSERT_FALSE(webcams);
-  EXPECT_THAT(webcams.error().message,
-              AllOf(HasSubstr("a bug in trammel"), HasSubstr("one is not two")));
+  EXPECT_THAT(waiting.get(), FailsWith("a bug in trammel", "one is not two"));
   EXPECT_TRUE(NotedBug());
   EXPECT_TRUE(printer_->WaitUntilReady(kPatience)) << "the link comes back";
 }
@@ -242,22 +227,19 @@ TEST_F(MoonrakerPrinterTest, UploadsWithAChecksumAndStartsThePrint) {
     seen = request;
     return test::HttpAnswer{201, R"({"item": {"path": "trammel/a.gcode"}})"};
   });
-  const Result<void> uploaded = printer_->Upload("trammel/a.gcode", "G28\n", kPatience);
-  ASSERT_TRUE(uploaded) << uploaded.error().message;
+  Must(printer_->Upload("trammel/a.gcode", "G28\n", kPatience));
   EXPECT_EQ(seen.method, "POST");
   EXPECT_EQ(seen.target, "/server/files/upload");
   EXPECT_EQ(seen.api_key, "key");
   EXPECT_THAT(seen.content_type, HasSubstr("multipart/form-data; boundary="));
+  // The last is the sha256sum of "G28\n".
   EXPECT_THAT(seen.body,
-              AllOf(HasSubstr("name=\"root\"\r\n\r\ngcodes\r\n"),
-                    HasSubstr("name=\"path\"\r\n\r\ntrammel\r\n"),
-                    HasSubstr("filename=\"a.gcode\""), HasSubstr("\r\n\r\nG28\n\r\n--"),
-                    // sha256sum of "G28\n"
-                    HasSubstr("8080cd1d636d28b227689516fdadfd2aaed94e57b113db13523a38b51d0d09e9")));
+              Containing("name=\"root\"\r\n\r\ngcodes\r\n", "name=\"path\"\r\n\r\ntrammel\r\n",
+                         "filename=\"a.gcode\"", "\r\n\r\nG28\n\r\n--",
+                         "8080cd1d636d28b227689516fdadfd2aaed94e57b113db13523a38b51d0d09e9"));
   ASSERT_TRUE(printer_->UploadConfig("trammel/a.png", "png", kPatience));
-  EXPECT_THAT(seen.body, AllOf(HasSubstr("name=\"root\"\r\n\r\nconfig\r\n"),
-                               HasSubstr("name=\"path\"\r\n\r\ntrammel\r\n"),
-                               HasSubstr("filename=\"a.png\"")));
+  EXPECT_THAT(seen.body, Containing("name=\"root\"\r\n\r\nconfig\r\n",
+                                    "name=\"path\"\r\n\r\ntrammel\r\n", "filename=\"a.png\""));
   server_.Answer("printer.print.start", "ok");
   EXPECT_TRUE(printer_->StartPrint("trammel/a.gcode", kPatience));
   EXPECT_EQ(server_.WaitForRequest("printer.print.start")["params"],
@@ -272,14 +254,12 @@ TEST_F(MoonrakerPrinterTest, RefusedUploadsSayWhy) {
     return uploaded ? "" : uploaded.error().message;
   };
   EXPECT_THAT(error(422, R"({"error": {"message": "File checksum mismatch"}})"),
-              AllOf(HasSubstr("arrived damaged"), HasSubstr("File checksum mismatch")));
+              Containing("arrived damaged", "File checksum mismatch"));
   EXPECT_THAT(error(401, R"({"error": {"message": "Unauthorized"}})"), HasSubstr("an API key"));
   EXPECT_THAT(error(413, "<html>"), HasSubstr("too large"));
   EXPECT_THAT(error(500, R"({"error": {"message": "No space left"}})"), HasSubstr("No space left"));
   for (const char* name : {"", "/etc/x", "../x", "a\"b", "a\r\nb", "a/"}) {
-    const Result<void> uploaded = printer_->Upload(name, "G28", kPatience);
-    ASSERT_FALSE(uploaded) << name;
-    EXPECT_EQ(uploaded.error().kind, ErrorKind::kInput) << name;
+    EXPECT_THAT(printer_->Upload(name, "G28", kPatience), FailsWith(ErrorKind::kInput)) << name;
   }
 }
 
@@ -304,10 +284,9 @@ TEST_F(MoonrakerPrinterTest, RelatesTheClocksFromMessages) {
     server_.Push(StatusUpdate(toolhead(), eventtime_s()));
     Settle();
   }
-  const Result<ClockRelation> clock = printer_->Clock(1.0, kPatience);
-  ASSERT_TRUE(clock) << clock.error().message;
+  const auto clock = Must(printer_->Clock(1.0, kPatience));
   const double now_s = HostNow();
-  EXPECT_NEAR(clock->PrintTimeOf(now_s), 87.5 + now_s - host_s, clock->PrintTimeBound(now_s));
+  EXPECT_NEAR(clock.PrintTimeOf(now_s), 87.5 + now_s - host_s, clock.PrintTimeBound(now_s));
 }
 
 }  // namespace

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "base/random.h"
+#include "support/matchers.h"
 
 namespace trammel::machine {
 namespace {
@@ -105,12 +106,11 @@ TEST(PrintClock, TruthIsWithinTheBoundAndTheBoundIsSmallDespite50MsOfJitter) {
     Listener listener(world, random, clock);
     listener.Listen(60);
     const double now_s = listener.now_s();
-    const auto relation = clock.Relation();
-    ASSERT_TRUE(relation);
+    const auto relation = Must(clock.Relation());
     for (const double ago_s : {0.0, 15.0, 30.0, 45.0}) {
       const double host_s = now_s - ago_s;
-      const double error_s = std::abs(relation->PrintTimeOf(host_s) - world.Print(host_s));
-      const double bound_s = relation->PrintTimeBound(host_s);
+      const double error_s = std::abs(relation.PrintTimeOf(host_s) - world.Print(host_s));
+      const double bound_s = relation.PrintTimeBound(host_s);
       EXPECT_LE(error_s, bound_s) << "seed " << seed << ", " << ago_s << " s ago";
       worst_bound_s = std::max(worst_bound_s, bound_s);
       errors_s.push_back(error_s);
@@ -139,12 +139,11 @@ TEST(PrintClock, RoughReadingsWidenTheBoundInsteadOfEscapingIt) {
       Listener listener(world, random, clock);
       listener.Listen(60);
       const double now_s = listener.now_s();
-      const auto relation = clock.Relation();
-      ASSERT_TRUE(relation);
+      const auto relation = Must(clock.Relation());
       for (const double ago_s : {0.0, 10.0, 30.0}) {
         const double host_s = now_s - ago_s;
-        const double bound_s = relation->PrintTimeBound(host_s);
-        EXPECT_LE(std::abs(relation->PrintTimeOf(host_s) - world.Print(host_s)),
+        const double bound_s = relation.PrintTimeBound(host_s);
+        EXPECT_LE(std::abs(relation.PrintTimeOf(host_s) - world.Print(host_s)),
                   bound_s + world.min_delay_s + kMinLate_s)
             << "readings up to " << late_s << " s old, seed " << seed << ", " << ago_s << " s ago";
         worst_bound_s = std::max(worst_bound_s, bound_s);

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "machine/moonraker/moonraker_test_support.h"
+#include "support/matchers.h"
 
 namespace trammel::machine {
 namespace {
@@ -13,7 +14,6 @@ using test::Notification;
 using test::ResultFor;
 using test::StatusUpdate;
 using ::testing::ElementsAre;
-using ::testing::HasSubstr;
 
 class MoonrakerMovesTest : public MoonrakerPrinterTest {
  protected:
@@ -42,14 +42,11 @@ TEST_F(MoonrakerMovesTest, KeepsTheMovesThatAreTold) {
                       {105.0, 0.5, 100.0, -200.0, {100.0, 0.0, 0.0}, {1.0, 0.0, 0.0}},
                       {105.5, "no", 0.0, 0.0, {0.0, 0.0, 0.0}, {0.0, 0.0, 0.0}},
                       {108.0, 1.0, 0.0, 10.0, {125.0, 0.0, 0.0}, {0.0, 1.0, 0.0}}}));
-  const auto moves = printer_->Moves(104.5, 105.2, kPatience);
-  ASSERT_TRUE(moves) << moves.error().message;
-  ASSERT_EQ(moves->size(), 2);
-  EXPECT_EQ(moves->at(1).acceleration_mm_s2, -200);
-  EXPECT_THAT(moves->at(1).start_mm, ElementsAre(100, 0, 0));
-  const auto later = printer_->Moves(200, 201, kShort);
-  ASSERT_FALSE(later);
-  EXPECT_THAT(later.error().message, HasSubstr("the moves until print time 201"));
+  const auto moves = Must(printer_->Moves(104.5, 105.2, kPatience));
+  ASSERT_EQ(moves.size(), 2);
+  EXPECT_EQ(moves.at(1).acceleration_mm_s2, -200);
+  EXPECT_THAT(moves.at(1).start_mm, ElementsAre(100, 0, 0));
+  EXPECT_THAT(printer_->Moves(200, 201, kShort), FailsWith("the moves until print time 201"));
 }
 
 TEST_F(MoonrakerMovesTest, MovesThatComeByThemselvesAreNotSubscribedToOnceMore) {
@@ -91,9 +88,8 @@ TEST_F(MoonrakerMovesTest, ABatchThatDoesNotComeIsAskedForOnceMore) {
     return std::vector{ResultFor(request, json::object()), Batch(json::array({Row(200)}))};
   });
   server_.Push(StatusUpdate({{"toolhead", {{"estimated_print_time", 203.0}}}}, 3160));
-  const auto moves = printer_->Moves(200, 201, kPatience);
-  ASSERT_TRUE(moves) << moves.error().message;
-  EXPECT_EQ(moves->size(), 1);
+  const auto moves = Must(printer_->Moves(200, 201, kPatience));
+  EXPECT_EQ(moves.size(), 1);
   EXPECT_EQ(server_.CountRequests(kDump), 1);
 }
 
@@ -141,9 +137,8 @@ TEST_F(KlippyMovesTest, MovesComeOverAConnectionThatEndsWithTheRun) {
             (json{{"name", "toolhead"}, {"response_template", {{"method", "moves"}}}}));
   EXPECT_EQ(server_.HttpRequestNumber(2).target, "/klippysocket");
   server_.Push(Batch({Row(104), Row(106)}, "moves"));
-  const auto moves = printer_->Moves(104, 105, kPatience);
-  ASSERT_TRUE(moves) << moves.error().message;
-  EXPECT_EQ(moves->size(), 1);
+  const auto moves = Must(printer_->Moves(104, 105, kPatience));
+  EXPECT_EQ(moves.size(), 1);
   MoveFrom(3050);
   EXPECT_EQ(server_.CountRequests(kDump), 0) << "nothing is left with Moonraker";
   EXPECT_EQ(server_.CountRequests("connection.register_remote_method"), 0);

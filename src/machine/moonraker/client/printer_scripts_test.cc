@@ -5,6 +5,7 @@
 #include <future>
 
 #include "machine/moonraker/moonraker_test_support.h"
+#include "support/matchers.h"
 
 namespace trammel::machine {
 namespace {
@@ -14,7 +15,6 @@ using test::GcodeResponse;
 using test::Notification;
 using test::ResultFor;
 using test::StatusUpdate;
-using ::testing::AllOf;
 using ::testing::HasSubstr;
 using ::testing::Not;
 
@@ -59,17 +59,16 @@ TEST_F(MoonrakerPrinterTest, AnErrorNamesTheScriptTheReasonAndARemedy) {
     const std::string words = "Move out of range: 999.000 50.000 0.300 [1.200]";
     return std::vector{GcodeResponse("!! " + words), test::ErrorFor(request, 400, words)};
   });
-  EXPECT_THAT(RunError("G90\nG1 X10 Y50 Z0.3 F6000\nG1 X999\nM400"),
-              AllOf(HasSubstr("from 'G90' to 'M400'"), HasSubstr("Move out of range"),
-                    HasSubstr("bed's size"), HasSubstr("the last messages")));
+  EXPECT_THAT(
+      RunError("G90\nG1 X10 Y50 Z0.3 F6000\nG1 X999\nM400"),
+      Containing("from 'G90' to 'M400'", "Move out of range", "bed's size", "the last messages"));
 }
 
 TEST_F(MoonrakerPrinterTest, AScriptThatOutlastsItsTimeIsNamedAndCounted) {
   Connect();
   ScriptAnswers({}, /*answered=*/false);
-  EXPECT_THAT(RunError("G4 P20000", kShort),
-              AllOf(HasSubstr("did not finish 'G4 P20000' within 0.1 s"),
-                    HasSubstr("still running on the printer")));
+  EXPECT_THAT(RunError("G4 P20000", kShort), Containing("did not finish 'G4 P20000' within 0.1 s",
+                                                        "still running on the printer"));
   EXPECT_EQ(printer_->LastState().abandoned_scripts, 1);
   server_.Push(ResultFor(server_.WaitForRequest("printer.gcode.script"), "ok"));
   Settle();
@@ -85,11 +84,8 @@ TEST_F(MoonrakerPrinterTest, StopEndsAScriptsWaitAtOnceAndSaysThatItRuns) {
   });
   EXPECT_FALSE(server_.WaitForRequest("printer.gcode.script").is_null());
   source.request_stop();
-  const Result<void> ran = running.get();
-  ASSERT_FALSE(ran);
-  EXPECT_EQ(ran.error().kind, ErrorKind::kInterrupted);
-  EXPECT_THAT(ran.error().message,
-              AllOf(HasSubstr("it runs to its end"), Not(HasSubstr("emergency stop"))));
+  EXPECT_THAT(running.get(), FailsWith(ErrorKind::kInterrupted, "it runs to its end",
+                                       Not(HasSubstr("emergency stop"))));
 }
 
 TEST_F(MoonrakerPrinterTest, AShutdownCutsARunningScriptOffThoughItsAnswerIsOk) {
@@ -102,11 +98,8 @@ TEST_F(MoonrakerPrinterTest, AShutdownCutsARunningScriptOffThoughItsAnswerIsOk) 
       3119.8));
   server_.Push(Notification("notify_klippy_shutdown"));
   server_.Push(ResultFor(request, "ok"));
-  const Result<void> ran = running.get();
-  ASSERT_FALSE(ran);
-  EXPECT_THAT(ran.error().message,
-              AllOf(HasSubstr("'shutdown'"), HasSubstr("Lost communication with MCU"),
-                    HasSubstr("FIRMWARE_RESTART")));
+  EXPECT_THAT(running.get(),
+              FailsWith("'shutdown'", "Lost communication with MCU", "FIRMWARE_RESTART"));
   EXPECT_EQ(printer_->LastState().readiness, PrinterReadiness::kShutdown);
 }
 
@@ -116,10 +109,7 @@ TEST_F(MoonrakerPrinterTest, ALostLinkFailsTheScriptAndIsTakenUpAgain) {
   auto running = std::async(std::launch::async, [&] { return printer_->Run("G28", kPatience); });
   EXPECT_FALSE(server_.WaitForRequest("printer.gcode.script").is_null());
   server_.BreakConnections();
-  const Result<void> ran = running.get();
-  ASSERT_FALSE(ran);
-  EXPECT_THAT(ran.error().message,
-              AllOf(HasSubstr("lost the connection"), HasSubstr("goes on running")));
+  EXPECT_THAT(running.get(), FailsWith("lost the connection", "goes on running"));
   EXPECT_FALSE(server_.WaitForRequest("printer.objects.subscribe", 2).is_null());
   ASSERT_TRUE(printer_->WaitUntilReady(kPatience));
   ScriptAnswers({});

@@ -10,6 +10,7 @@
 #include <set>
 
 #include "machine/moonraker/moonraker_test_support.h"
+#include "support/matchers.h"
 
 namespace trammel::machine {
 namespace {
@@ -33,9 +34,8 @@ class MoonrakerRecordings : public ::testing::Test {
     }
     folder_ = std::filesystem::path(data) / "moonraker";
     test::AnswerLikeMoonraker(server_);
-    auto printer = ConnectToMoonraker(OptionsFor(server_), kPatience);
-    ASSERT_TRUE(printer) << printer.error().message;
-    printer_ = std::move(*printer);
+    auto printer = Must(ConnectToMoonraker(OptionsFor(server_), kPatience));
+    printer_ = std::move(printer);
   }
 
   std::vector<Recorded> Read(const std::string& name) const {
@@ -90,14 +90,13 @@ TEST_F(MoonrakerRecordings, TheStateAfterHomingHeatingAndMovingIsTheSumOfItsUpda
   }
   server_.Answer("printer.objects.query", {{"eventtime", eventtime_s}, {"status", json::object()}});
   PushIncoming(conversation);
-  const Result<PrinterState> state = printer_->State(kPatience);
-  ASSERT_TRUE(state) << state.error().message;
-  EXPECT_EQ(state->homed_axes, "xyz");
-  EXPECT_EQ(json(state->position_mm), sum["toolhead"]["position"]);
-  EXPECT_EQ(state->heaters.at("extruder").target_c, sum["extruder"]["target"]);
-  EXPECT_EQ(state->heaters.at("extruder").temperature_c, sum["extruder"]["temperature"]);
-  EXPECT_EQ(state->heaters.at("heater_bed").temperature_c, sum["heater_bed"]["temperature"]);
-  EXPECT_EQ(json(state->idle_state), sum["idle_timeout"]["state"]);
+  const auto state = Must(printer_->State(kPatience));
+  EXPECT_EQ(state.homed_axes, "xyz");
+  EXPECT_EQ(json(state.position_mm), sum["toolhead"]["position"]);
+  EXPECT_EQ(state.heaters.at("extruder").target_c, sum["extruder"]["target"]);
+  EXPECT_EQ(state.heaters.at("extruder").temperature_c, sum["extruder"]["temperature"]);
+  EXPECT_EQ(state.heaters.at("heater_bed").temperature_c, sum["heater_bed"]["temperature"]);
+  EXPECT_EQ(json(state.idle_state), sum["idle_timeout"]["state"]);
 }
 
 TEST_F(MoonrakerRecordings, RecordedScriptsGetTheVerdictThatTheServerMeant) {

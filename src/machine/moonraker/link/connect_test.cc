@@ -6,6 +6,7 @@
 #include <thread>
 
 #include "machine/moonraker/moonraker_test_support.h"
+#include "support/matchers.h"
 #include "support/temporary_folder.h"
 #include "support/test_tls.h"
 
@@ -35,7 +36,7 @@ TEST(MoonrakerConnect, RefusedPortSaysThatNothingListens) {
   }
   const Error error = Refused({.address = "127.0.0.1:" + std::to_string(port)});
   EXPECT_EQ(error.kind, ErrorKind::kMachine);
-  EXPECT_THAT(error.message, AllOf(HasSubstr("refuses connections"), HasSubstr("7125")));
+  EXPECT_THAT(error.message, Containing("refuses connections", "7125"));
 }
 
 TEST(MoonrakerConnect, AddressesAndKeysThatMakeNoSenseAreInputErrors) {
@@ -102,15 +103,13 @@ TEST(MoonrakerConnect, ConnectsToAPrinterThatIsNotReadyAndSaysWhy) {
   for (const char* state : {"startup", "error", "shutdown", "disconnected"}) {
     ScriptedMoonraker server;
     AnswerLikeMoonraker(server, state);
-    const auto printer = ConnectToMoonraker(OptionsFor(server), kPatience);
-    ASSERT_TRUE(printer) << printer.error().message;
-    EXPECT_EQ(ToString((*printer)->LastState().readiness), state);
+    const auto printer = Must(ConnectToMoonraker(OptionsFor(server), kPatience));
+    EXPECT_EQ(ToString(printer->LastState().readiness), state);
     if (std::string(state) == "error" || std::string(state) == "shutdown") {
-      EXPECT_EQ((*printer)->LastState().message, std::string("Printer is ") + state);
+      EXPECT_EQ(printer->LastState().message, std::string("Printer is ") + state);
     }
-    const Result<void> ready = (*printer)->WaitUntilReady({.time_limit_s = 0.05});
-    ASSERT_FALSE(ready);
-    EXPECT_THAT(ready.error().message, HasSubstr(std::string("it is '") + state));
+    EXPECT_THAT(printer->WaitUntilReady({.time_limit_s = 0.05}),
+                FailsWith(std::string("it is '") + state));
   }
 }
 
@@ -119,8 +118,7 @@ TEST(MoonrakerConnect, SendsTheKeyInHeaderAndIdentifyButShowsItNowhere) {
   AnswerLikeMoonraker(server);
   MoonrakerOptions options = OptionsFor(server);
   options.api_key = "0123456789abcdef";
-  const auto printer = ConnectToMoonraker(options, kPatience);
-  ASSERT_TRUE(printer) << printer.error().message;
+  const auto printer = Must(ConnectToMoonraker(options, kPatience));
   EXPECT_EQ(server.HttpRequestNumber(1).api_key, options.api_key);
   EXPECT_EQ(server.WaitForRequest("server.connection.identify")["params"]["api_key"],
             options.api_key);
@@ -140,8 +138,7 @@ TEST(MoonrakerConnect, AnAgentThatIsCalledByItsNameTakesNoOther) {
   MoonrakerOptions options = OptionsFor(server);
   options.other_names = false;
   EXPECT_THAT(Refused(options).message, HasSubstr("already registered"));
-  const auto printer = ConnectToMoonraker(options, kPatience);
-  ASSERT_TRUE(printer) << printer.error().message;
+  const auto printer = Must(ConnectToMoonraker(options, kPatience));
   // A lost link that the server still holds has the name for a while, too.
   server.Handle("server.connection.identify", [&taken](const json& request) {
     if (++taken == 1) {
@@ -155,19 +152,18 @@ TEST(MoonrakerConnect, AnAgentThatIsCalledByItsNameTakesNoOther) {
   const json again = server.WaitForRequest("server.connection.identify", 4);
   ASSERT_FALSE(again.is_null());
   EXPECT_EQ(again["params"]["client_name"], "trammel");
-  EXPECT_TRUE((*printer)->WaitUntilReady(kPatience));
+  EXPECT_TRUE(printer->WaitUntilReady(kPatience));
 }
 
 TEST(MoonrakerConnect, SpeaksOverAUnixSocket) {
   const test::TemporaryFolder folder;
   const std::string path = folder.path() / "moonraker.sock";
   EXPECT_THAT(Refused({.address = "unix:" + path}).message,
-              AllOf(HasSubstr(path), HasSubstr("check that Moonraker runs")));
+              Containing(path, "check that Moonraker runs"));
   ScriptedMoonraker server({.unix_path = path});
   AnswerLikeMoonraker(server);
-  const auto printer = ConnectToMoonraker({.address = "unix:" + path}, kPatience);
-  ASSERT_TRUE(printer) << printer.error().message;
-  const Result<void> ran = (*printer)->Run("M400", kPatience);
+  const auto printer = Must(ConnectToMoonraker({.address = "unix:" + path}, kPatience));
+  const Result<void> ran = printer->Run("M400", kPatience);
   EXPECT_TRUE(ran) << ran.error().message;
 }
 
@@ -193,16 +189,14 @@ class MoonrakerTls : public ::testing::Test {
 
 TEST_F(MoonrakerTls, ConnectsWithTheCertificateAsAuthority) {
   Serve(own_);
-  const auto printer = ConnectToMoonraker(options_, kPatience);
-  ASSERT_TRUE(printer) << printer.error().message;
-  EXPECT_TRUE((*printer)->Run("M400", kPatience));
+  const auto printer = Must(ConnectToMoonraker(options_, kPatience));
+  EXPECT_TRUE(printer->Run("M400", kPatience));
 }
 
 TEST_F(MoonrakerTls, RefusesASelfSignedCertificateUnlessToldOtherwise) {
   Serve(own_);
   options_.ca_file.clear();
-  EXPECT_THAT(Refused(options_).message,
-              AllOf(HasSubstr("does not prove who it is"), HasSubstr("accept any")));
+  EXPECT_THAT(Refused(options_).message, Containing("does not prove who it is", "accept any"));
   options_.accept_any_certificate = true;
   EXPECT_TRUE(ConnectToMoonraker(options_, kPatience));
 }

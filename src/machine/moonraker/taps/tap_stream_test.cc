@@ -19,6 +19,7 @@
 #include <vector>
 
 #include "machine/moonraker/taps/tap_intake.h"
+#include "support/matchers.h"
 #include "support/scripted_moonraker.h"
 #include "support/temporary_folder.h"
 
@@ -109,9 +110,7 @@ class TapStreamTest : public testing::Test {
     options.moonraker.connect_time_limit_s = connect_time_limit_s_;
     options.remote_method = "trammel_tap";
     options.ask_again_s = 0.02;
-    auto stream = OpenTapStream(options, heard_.Events(), {10});
-    EXPECT_TRUE(stream) << stream.error().message;
-    return stream ? std::move(*stream) : nullptr;
+    return Must(OpenTapStream(options, heard_.Events(), {10}));
   }
 
   /// The method that the printer was told to send a subscription to.
@@ -196,14 +195,13 @@ TEST(TapBuilder, TakesLiftsAndTravelForNoTap) {
 using ::testing::HasSubstr;
 
 TEST(ProbeResult, ReadsWhatKlipperSaysOfAProbe) {
-  const auto older = ProbeResult("// probe at 150.000,150.000 is z=0.041963");
-  ASSERT_TRUE(older);
-  EXPECT_EQ(older->z_mm, 0.041963);
-  EXPECT_FALSE(older->less_offset);
-  const auto newer = ProbeResult("// probe: at 10.000,20.000 bed will contact at z=-0.500000");
-  ASSERT_TRUE(newer);
-  EXPECT_EQ(newer->z_mm, -0.5);
-  EXPECT_TRUE(newer->less_offset);
+  const auto older = Must(ProbeResult("// probe at 150.000,150.000 is z=0.041963"));
+  EXPECT_EQ(older.z_mm, 0.041963);
+  EXPECT_FALSE(older.less_offset);
+  const auto newer =
+      Must(ProbeResult("// probe: at 10.000,20.000 bed will contact at z=-0.500000"));
+  EXPECT_EQ(newer.z_mm, -0.5);
+  EXPECT_TRUE(newer.less_offset);
   EXPECT_FALSE(ProbeResult("// probe at 1,2 is z=nan"));
   EXPECT_FALSE(ProbeResult("// probe: at 1,2 bed will contact at z="));
   EXPECT_FALSE(ProbeResult("// probe: z_offset: 0.5 z=0.5"));
@@ -309,10 +307,8 @@ TEST_F(TapStreamTest, ASecondStreamForTheSameMacroSaysWhatToDo) {
   TapStreamOptions options;
   options.moonraker.address = fmt::format("127.0.0.1:{}", server_.port());
   options.remote_method = "trammel_tap";
-  const auto second = OpenTapStream(options, heard_.Events(), {10});
-  ASSERT_FALSE(second);
-  EXPECT_THAT(second.error().message,
-              testing::AllOf(HasSubstr("another trammel answers"), HasSubstr("without --answer")));
+  EXPECT_THAT(OpenTapStream(options, heard_.Events(), {10}),
+              FailsWith("another trammel answers", "without --answer"));
 }
 
 // Klipper removes last_z_result; what replaces it is the bed's height, less the probe's offset.
