@@ -16,8 +16,10 @@ namespace {
 using Json = nlohmann::ordered_json;
 using part_alignment::Camera;
 using part_alignment::InputUncertainty;
+using part_alignment::kUncertainInputs;
 using part_alignment::Observation;
 using part_alignment::PartTarget;
+using part_alignment::UncertainInput;
 using part_alignment::Unknowns;
 using part_alignment::View;
 
@@ -41,26 +43,6 @@ constexpr std::array<NamedUnknown, 5> kUnknowns = {{
 }};
 constexpr const char* kPose = "pose";
 
-struct NamedInput {
-  const char* name;
-  double InputUncertainty::*member;
-};
-constexpr std::array<NamedInput, 3> kInputs = {{
-    {"clamp_angle_rad", &InputUncertainty::clamp_angle_rad},
-    {"clamp_tilt_rad", &InputUncertainty::clamp_tilt_rad},
-    {"focal_length_mm", &InputUncertainty::focal_length_mm},
-}};
-/// Inputs that count with their usual size unless stated.
-struct NamedUsualInput {
-  const char* name;
-  std::optional<double> InputUncertainty::*member;
-};
-constexpr std::array<NamedUsualInput, 4> kUsualInputs = {{
-    {"machine_mm", &InputUncertainty::machine_mm},
-    {"target_mm", &InputUncertainty::target_mm},
-    {"clamp_eccentricity_mm", &InputUncertainty::clamp_eccentricity_mm},
-    {"camera_offset_mm", &InputUncertainty::camera_offset_mm},
-}};
 constexpr const char* kInputsKey = "input_uncertainty";
 
 /// The file that a key names, from the folder of the one that names it.
@@ -197,11 +179,8 @@ Result<void> ReadInputs(JsonObject& root, InputUncertainty& inputs) {
   if (value == nullptr) return {};
   constexpr NumberRange kRange{0, 1000};  // part_alignment::Validate's
   JsonObject object = root.Inner(*value, kInputsKey);
-  for (const NamedInput& input : kInputs) {
-    inputs.*input.member = object.Number(input.name, kRange, 0.0);
-  }
-  for (const NamedUsualInput& input : kUsualInputs) {
-    if (object.has(input.name)) inputs.*input.member = object.Number(input.name, kRange);
+  for (const UncertainInput& input : kUncertainInputs) {
+    inputs.*input.size = object.OptionalNumber(input.name, kRange);
   }
   return object.Finish();
 }
@@ -304,11 +283,8 @@ std::string AlignmentFileText(const AlignmentInput& input) {
         ViewJson(views[i], input.numeric_ids, i < input.pictures.size() ? input.pictures[i] : ""));
   }
   json["unknowns"] = NamesOf(input.unknowns);
-  for (const NamedInput& named : kInputs) {
-    if (input.inputs.*named.member != 0) json[kInputsKey][named.name] = input.inputs.*named.member;
-  }
-  for (const NamedUsualInput& named : kUsualInputs) {
-    const std::optional<double>& stated = input.inputs.*named.member;
+  for (const UncertainInput& named : kUncertainInputs) {
+    const std::optional<double>& stated = input.inputs.*named.size;
     if (stated) json[kInputsKey][named.name] = *stated;
   }
   return JsonText(json);

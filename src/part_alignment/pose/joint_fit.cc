@@ -29,10 +29,10 @@ Theta CommonSigmas(const InputUncertainty& inputs, const Unknowns& unknowns) {
   const auto set = [&](bool solved, int first, int count, double sigma) {
     sigmas.segment(first, count).setConstant(solved ? 0 : sigma);
   };
-  set(unknowns.clamp_angle, all.clamp_angle, 1, inputs.clamp_angle_rad);
+  set(unknowns.clamp_angle, all.clamp_angle, 1, inputs.clamp_angle_rad.value());
   set(unknowns.clamp_eccentricity, all.clamp_eccentricity, 2, inputs.clamp_eccentricity_mm.value());
-  set(unknowns.clamp_tilt, all.clamp_tilt, 2, inputs.clamp_tilt_rad);
-  set(unknowns.focal_length, all.focal_length, 1, inputs.focal_length_mm);
+  set(unknowns.clamp_tilt, all.clamp_tilt, 2, inputs.clamp_tilt_rad.value());
+  set(unknowns.focal_length, all.focal_length, 1, inputs.focal_length_mm.value());
   set(unknowns.camera_offset, all.camera_offset, 3, inputs.camera_offset_mm.value());
   return sigmas;
 }

@@ -2,9 +2,9 @@
 
 #include <fmt/format.h>
 
-#include <array>
 #include <cmath>
-#include <string_view>
+
+#include "part_alignment/pose/solve.h"
 
 namespace trammel::part_alignment {
 
@@ -32,16 +32,16 @@ double UsualTarget_mm(double extent_mm) {
 
 InputUncertainty ExactInputs() {
   InputUncertainty exact;
-  exact.machine_mm = 0;
-  exact.target_mm = 0;
-  exact.clamp_eccentricity_mm = 0;
-  exact.camera_offset_mm = 0;
+  for (const UncertainInput& input : kUncertainInputs) exact.*input.size = 0;
   return exact;
 }
 
 InputUncertainty WithUsualSizes(const InputUncertainty& inputs, OtherwiseStated otherwise,
                                 double extent_mm) {
   InputUncertainty usual = inputs;
+  for (const UncertainInput& input : kUncertainInputs) {
+    usual.*input.size = (inputs.*input.size).value_or(0);
+  }
   usual.machine_mm = inputs.machine_mm.value_or(kUsualRepeatability_mm);
   usual.clamp_eccentricity_mm = inputs.clamp_eccentricity_mm.value_or(kUsualEccentricity_mm);
   usual.camera_offset_mm =
@@ -51,21 +51,10 @@ InputUncertainty WithUsualSizes(const InputUncertainty& inputs, OtherwiseStated 
 }
 
 Result<void> Validate(const InputUncertainty& inputs) {
-  struct Field {
-    std::string_view name;
-    double value;
-  };
-  const std::array fields{Field{"machine_mm", inputs.machine_mm.value_or(0)},
-                          Field{"target_mm", inputs.target_mm.value_or(0)},
-                          Field{"clamp_angle_rad", inputs.clamp_angle_rad},
-                          Field{"clamp_eccentricity_mm", inputs.clamp_eccentricity_mm.value_or(0)},
-                          Field{"clamp_tilt_rad", inputs.clamp_tilt_rad},
-                          Field{"focal_length_mm", inputs.focal_length_mm},
-                          Field{"camera_offset_mm", inputs.camera_offset_mm.value_or(0)}};
-  for (const Field& field : fields) {
-    if (!(field.value >= 0 && field.value <= 1000)) {
-      return Fail(
-          fmt::format("uncertainty {} is {}, it must lie in 0 ... 1000", field.name, field.value));
+  for (const UncertainInput& input : kUncertainInputs) {
+    const double size = (inputs.*input.size).value_or(0);
+    if (!(size >= 0 && size <= 1000)) {
+      return Fail(fmt::format("uncertainty {} is {}, it must lie in 0 ... 1000", input.name, size));
     }
   }
   return {};

@@ -82,10 +82,10 @@ struct InputUncertainty {
   /// or more if the residuals require it (joint_fit.h); 0 beside a covariance of the targets.
   std::optional<double> target_mm;
   // One value for the whole measurement; counts only if it is not among the unknowns.
-  double clamp_angle_rad = 0;
+  std::optional<double> clamp_angle_rad;        ///< absent: 0, likewise below
   std::optional<double> clamp_eccentricity_mm;  ///< X and Y each; absent: kUsualEccentricity_mm
-  double clamp_tilt_rad = 0;                    ///< about X and Y each
-  double focal_length_mm = 0;
+  std::optional<double> clamp_tilt_rad;         ///< about X and Y each
+  std::optional<double> focal_length_mm;
   /// Uncertainty of X, Y and Z each; absent: kUsualCameraOffset_mm, 0 beside a covariance of the
   /// camera.
   std::optional<double> camera_offset_mm;

@@ -269,28 +269,18 @@ struct Input {
 };
 
 std::vector<Input> InputsOf(const SolveOptions& options) {
-  const InputUncertainty& in = options.inputs;
-  const Unknowns& unknowns = options.unknowns;
-  const double machine = in.machine_mm.value_or(0);
-  const double target = in.target_mm.value_or(0);
-  const double eccentricity = in.clamp_eccentricity_mm.value_or(0);
-  const double camera_offset = in.camera_offset_mm.value_or(0);
-  return {{"machine_mm", machine, machine > 0, [](SolveOptions& o) { o.inputs.machine_mm = 0; }},
-          {"target_mm", target, target > 0, [](SolveOptions& o) { o.inputs.target_mm = 0; }},
-          {"clamp_angle_rad", in.clamp_angle_rad, in.clamp_angle_rad > 0 && !unknowns.clamp_angle,
-           [](SolveOptions& o) { o.inputs.clamp_angle_rad = 0; }},
-          {"clamp_eccentricity_mm", eccentricity, eccentricity > 0 && !unknowns.clamp_eccentricity,
-           [](SolveOptions& o) { o.inputs.clamp_eccentricity_mm = 0; }},
-          {"clamp_tilt_rad", in.clamp_tilt_rad, in.clamp_tilt_rad > 0 && !unknowns.clamp_tilt,
-           [](SolveOptions& o) { o.inputs.clamp_tilt_rad = 0; }},
-          {"focal_length_mm", in.focal_length_mm, in.focal_length_mm > 0 && !unknowns.focal_length,
-           [](SolveOptions& o) { o.inputs.focal_length_mm = 0; }},
-          {"camera_offset_mm", camera_offset, camera_offset > 0 && !unknowns.camera_offset,
-           [](SolveOptions& o) { o.inputs.camera_offset_mm = 0; }},
-          {"targets", 0, options.target_covariance.has_value(),
-           [](SolveOptions& o) { o.target_covariance.reset(); }},
-          {"camera", 0, options.camera_covariance.has_value(),
-           [](SolveOptions& o) { o.camera_covariance.reset(); }}};
+  std::vector<Input> inputs;
+  for (const UncertainInput& input : kUncertainInputs) {
+    const double size = (options.inputs.*input.size).value_or(0);
+    const bool solved = input.unknown != nullptr && options.unknowns.*input.unknown;
+    inputs.push_back({input.name, size, size > 0 && !solved,
+                      [member = input.size](SolveOptions& o) { o.inputs.*member = 0; }});
+  }
+  inputs.push_back({"targets", 0, options.target_covariance.has_value(),
+                    [](SolveOptions& o) { o.target_covariance.reset(); }});
+  inputs.push_back({"camera", 0, options.camera_covariance.has_value(),
+                    [](SolveOptions& o) { o.camera_covariance.reset(); }});
+  return inputs;
 }
 
 }  // namespace

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
 #include <cstddef>
 #include <optional>
 #include <string>
@@ -25,6 +26,26 @@ struct Unknowns {
   bool focal_length = false;
   bool camera_offset = false;  ///< taper_from_camera's x, y and z
 };
+
+/// A field of InputUncertainty.
+struct UncertainInput {
+  const char* name;  ///< as in files, ended by its unit
+  std::optional<double> InputUncertainty::*size;
+  bool Unknowns::*unknown;  ///< if solved for, its size does not count; null: it always counts
+  const char* words;        ///< for people
+};
+inline constexpr std::array<UncertainInput, 7> kUncertainInputs{{
+    {"machine_mm", &InputUncertainty::machine_mm, nullptr, "machine's repeatability"},
+    {"target_mm", &InputUncertainty::target_mm, nullptr, "targets' places"},
+    {"clamp_angle_rad", &InputUncertainty::clamp_angle_rad, &Unknowns::clamp_angle, "clamp angle"},
+    {"clamp_eccentricity_mm", &InputUncertainty::clamp_eccentricity_mm,
+     &Unknowns::clamp_eccentricity, "clamp eccentricity"},
+    {"clamp_tilt_rad", &InputUncertainty::clamp_tilt_rad, &Unknowns::clamp_tilt, "clamp tilt"},
+    {"focal_length_mm", &InputUncertainty::focal_length_mm, &Unknowns::focal_length,
+     "focal length"},
+    {"camera_offset_mm", &InputUncertainty::camera_offset_mm, &Unknowns::camera_offset,
+     "camera in its taper"},
+}};
 
 struct SolveOptions {
   Unknowns unknowns;

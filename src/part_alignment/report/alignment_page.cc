@@ -235,16 +235,12 @@ std::string Next(const AlignmentOutput& output) {
 }
 
 std::string WordsOf(const std::string& input) {
+  for (const pa::UncertainInput& known : pa::kUncertainInputs) {
+    if (input == known.name) return known.words;
+  }
   constexpr std::pair<const char*, const char*> kWords[] = {
       {"all", "all together"},
-      {"machine_mm", "repeatability of the machine"},
-      {"target_mm", "targets' places on the part"},
       {"targets", "targets' places, with their covariance"},
-      {"clamp_angle_rad", "angle of the clamping"},
-      {"clamp_eccentricity_mm", "eccentricity of the clamping"},
-      {"clamp_tilt_rad", "tilt of the clamping"},
-      {"focal_length_mm", "focal length"},
-      {"camera_offset_mm", "camera's place in its taper"},
       {"camera", "calibration of the camera"},
       {"pixels", "the pictures alone, all else exact"}};
   for (const auto& [name, words] : kWords) {

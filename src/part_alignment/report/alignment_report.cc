@@ -10,6 +10,7 @@
 #include "base/measured_json.h"
 #include "document/interval_text.h"
 #include "document/json_number.h"
+#include "part_alignment/pose/pose_problem.h"
 #include "part_alignment/report/answer_page.h"
 
 namespace trammel::report {
@@ -79,15 +80,12 @@ void AddValues(const AlignmentOutput& output, Json& json) {
 
 // Writes the inputs as they counted, k = 1, whatever the verdict.
 Json Inputs(const Alignment& alignment) {
-  const part_alignment::InputUncertainty& inputs = alignment.inputs;
-  return {{"machine_mm", Number(inputs.machine_mm.value_or(0))},
-          {"target_mm", Number(inputs.target_mm.value_or(0))},
-          {"clamp_angle_rad", Number(inputs.clamp_angle_rad)},
-          {"clamp_eccentricity_mm", Number(inputs.clamp_eccentricity_mm.value_or(0))},
-          {"clamp_tilt_rad", Number(inputs.clamp_tilt_rad)},
-          {"focal_length_mm", Number(inputs.focal_length_mm)},
-          {"camera_offset_mm", Number(inputs.camera_offset_mm.value_or(0))},
-          {"not_stated", alignment.usual_inputs}};
+  Json json = Json::object();
+  for (const part_alignment::UncertainInput& input : part_alignment::kUncertainInputs) {
+    json[input.name] = Number((alignment.inputs.*input.size).value_or(0));
+  }
+  json["not_stated"] = alignment.usual_inputs;
+  return json;
 }
 
 Json Weakest(const Alignment& alignment) {
@@ -133,18 +131,13 @@ std::string Parameters(const AlignmentOutput& output) {
 
 // Lists the usual inputs in the stated uncertainty, which nobody stated.
 std::string UsualInputs(const Alignment& alignment) {
-  const part_alignment::InputUncertainty& inputs = alignment.inputs;
   std::string text;
-  for (const std::string& name : alignment.usual_inputs) {
-    const auto add = [&](const char* words, double size_mm) {
-      text += fmt::format("{}{} {:.4f} mm", text.empty() ? "" : ", ", words, size_mm);
-    };
-    if (name == "machine_mm") add("machine's repeatability", inputs.machine_mm.value_or(0));
-    if (name == "target_mm") add("targets' places", inputs.target_mm.value_or(0));
-    if (name == "clamp_eccentricity_mm") {
-      add("clamp eccentricity", inputs.clamp_eccentricity_mm.value_or(0));
+  for (const part_alignment::UncertainInput& input : part_alignment::kUncertainInputs) {
+    if (std::ranges::find(alignment.usual_inputs, input.name) == alignment.usual_inputs.end()) {
+      continue;
     }
-    if (name == "camera_offset_mm") add("camera in its taper", inputs.camera_offset_mm.value_or(0));
+    text += fmt::format("{}{} {:.4f} mm", text.empty() ? "" : ", ", input.words,
+                        (alignment.inputs.*input.size).value_or(0));
   }
   if (text.empty()) return {};
   return fmt::format(
@@ -197,38 +190,15 @@ std::string SimulatedText(const AlignmentOutput& output) {
 
 std::vector<SolvedParameter> SolvedParameters(const AlignmentOutput& output) {
   const Alignment& alignment = output.alignment;
-  const part_alignment::Unknowns& solved = output.solved;
-  const part_alignment::Clamping& clamping = alignment.clamping;
-  const Eigen::Vector3d& mm = alignment.machine_from_part.translation_mm;
-  const Eigen::Vector3d& rad = alignment.machine_from_part.angles_rad;
+  const part_alignment::Theta values = part_alignment::ThetaOf(
+      {part_alignment::SolvedCamera(output.measurement, alignment), output.solved, {}},
+      alignment.machine_from_part, alignment.clamping);
+  const std::vector<std::string> names = part_alignment::ParameterNames(output.solved);
   std::vector<SolvedParameter> all;
-  const auto add = [&](const char* name, double value) {
-    const auto found = std::ranges::find(alignment.parameters, name);
-    const auto i = std::distance(alignment.parameters.begin(), found);
-    const bool known = found != alignment.parameters.end() && i < alignment.covariance.rows();
-    all.push_back(
-        {name, value, known ? std::sqrt(std::max(0.0, alignment.covariance(i, i))) : NAN});
-  };
-  add("x_mm", mm.x());
-  add("y_mm", mm.y());
-  add("z_mm", mm.z());
-  add("alpha_rad", rad.x());
-  add("beta_rad", rad.y());
-  add("gamma_rad", rad.z());
-  if (solved.clamp_angle) add("clamp_angle_rad", clamping.angle_rad);
-  if (solved.clamp_eccentricity) {
-    add("clamp_eccentricity_x_mm", clamping.eccentricity_mm.x());
-    add("clamp_eccentricity_y_mm", clamping.eccentricity_mm.y());
-  }
-  if (solved.clamp_tilt) {
-    add("clamp_tilt_x_rad", clamping.tilt_rad.x());
-    add("clamp_tilt_y_rad", clamping.tilt_rad.y());
-  }
-  if (solved.focal_length) add("focal_length_mm", alignment.focal_length_mm);
-  if (solved.camera_offset) {
-    add("camera_offset_x_mm", alignment.camera_offset_mm.x());
-    add("camera_offset_y_mm", alignment.camera_offset_mm.y());
-    add("camera_offset_z_mm", alignment.camera_offset_mm.z());
+  for (Eigen::Index i = 0; i < values.size(); ++i) {
+    const bool known = i < alignment.covariance.rows();
+    all.push_back({names[static_cast<std::size_t>(i)], values[i],
+                   known ? std::sqrt(std::max(0.0, alignment.covariance(i, i))) : NAN});
   }
   return all;
 }
