@@ -17,6 +17,7 @@
 #include "machine_shop.h"
 #include "measurement/history.h"
 #include "measurement/outcome_file.h"
+#include "support/matchers.h"
 
 namespace trammel::test {
 namespace {
@@ -31,25 +32,12 @@ constexpr double kSame_s = 1e-6;
 
 bool Same(std::optional<double> a, double b) { return a && std::abs(*a - b) < kSame_s; }
 
-measurement::Outcome Found(double value_s, int number) {
-  measurement::Outcome outcome;
-  outcome.provenance = {Instrument::kPressureAdvance,
-                        "trammel",
-                        fmt::format("2026-01-02T{:02}:{:02}:00Z", number / 60, number % 60),
-                        {}};
-  outcome.answers = {{"pressure_advance", "s",
-                      Measured::Good({value_s, 0.001, {value_s - 0.002, value_s + 0.002}})}};
-  return outcome;
-}
-
 class KilledShop {
  public:
   [[nodiscard]] double InForce() const { return shop_.Look().settings.at("pressure advance"); }
   [[nodiscard]] std::vector<NotedApplication> Noted() const {
-    const auto noted = files::Applications(applied_, Instrument::kPressureAdvance,
-                                           [](const std::string&) { return true; });
-    EXPECT_TRUE(noted) << noted.error().message;
-    return noted ? *noted : std::vector<NotedApplication>();
+    return Must(files::Applications(applied_, Instrument::kPressureAdvance,
+                                    [](const std::string&) { return true; }));
   }
   [[nodiscard]] std::vector<std::string> Words(std::vector<std::string> words) const {
     words.insert(words.begin(), {"pa", "apply"});
@@ -62,8 +50,7 @@ class KilledShop {
   /// The folder of a result.
   [[nodiscard]] std::string Keep(double value_s, int number) const {
     const std::string name = fmt::format("r{}", number);
-    std::filesystem::create_directory(shop_.folder() / name);
-    EXPECT_TRUE(files::KeepOutcome(shop_.folder() / name, Found(value_s, number)));
+    KeepIn(shop_.folder() / name, FoundPressureAdvance(value_s, number));
     return name;
   }
   /// Results that cannot be read.
@@ -80,16 +67,27 @@ class KilledShop {
   }
 
  private:
-  static ShopOptions WithoutCamera() {
-    ShopOptions options;
-    options.with_camera = false;
-    return options;
-  }
   MachineShop shop_{WithoutCamera()};
   std::filesystem::path applied_ = shop_.folder() / "state/trammel/applied.jsonl";
 };
 
 }  // namespace
+
+measurement::Outcome FoundPressureAdvance(double value_s, int minute) {
+  measurement::Outcome outcome;
+  outcome.provenance = {Instrument::kPressureAdvance,
+                        "trammel",
+                        fmt::format("2026-01-02T{:02}:{:02}:00Z", minute / 60, minute % 60),
+                        {}};
+  outcome.answers = {{"pressure_advance", "s",
+                      Measured::Good({value_s, 0.001, {value_s - 0.002, value_s + 0.002}})}};
+  return outcome;
+}
+
+void KeepIn(const std::filesystem::path& folder, const measurement::Outcome& outcome) {
+  std::filesystem::create_directory(folder);
+  EXPECT_TRUE(files::KeepOutcome(folder, outcome));
+}
 
 KilledApplies KillApplies(int kills, std::uint64_t seed) {
   Random random(seed);

@@ -2,8 +2,17 @@
 #pragma once
 
 #include <cstdint>
+#include <filesystem>
+
+#include "measurement/outcome_file.h"
 
 namespace trammel::test {
+
+/// A good answer of 1 ms uncertainty.
+/// @param minute  of the day, by which results are told apart
+[[nodiscard]] measurement::Outcome FoundPressureAdvance(double value_s, int minute = 0);
+/// Makes the folder, with this result in it.
+void KeepIn(const std::filesystem::path& folder, const measurement::Outcome& outcome);
 
 /// State of the printer after the killed runs.
 struct KilledApplies {

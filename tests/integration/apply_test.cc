@@ -22,6 +22,7 @@
 #include "session/run_journal.h"
 #include "sim/moonraker/spoolman.h"
 #include "support/lag_recording.h"
+#include "support/matchers.h"
 #include "support/study.h"
 
 namespace trammel::test {
@@ -35,11 +36,6 @@ using ::testing::Not;
 
 class Apply : public ::testing::Test {
  protected:
-  static ShopOptions WithoutCamera() {
-    ShopOptions options;
-    options.with_camera = false;
-    return options;
-  }
   [[nodiscard]] ProcessEnd Run(std::vector<std::string> words) const {
     words.insert(words.begin(), {"pa", "apply"});
     words.insert(words.end(), {"--printer", shop_.address()});
@@ -65,25 +61,15 @@ class Apply : public ::testing::Test {
 };
 
 TEST_F(Apply, UndoBringsBackWhatWasInForceAndNothingTwice) {
-  const ProcessEnd nothing = Run({"--undo"});
-  EXPECT_EQ(nothing.exit_code, 1);
-  EXPECT_THAT(nothing.standard_error, HasSubstr("notes no value that was set on"));
+  EXPECT_THAT(Run({"--undo"}), Fails(1, "notes no value that was set on"));
   shop_.Script("SET_PRESSURE_ADVANCE ADVANCE=0.031");
-  const ProcessEnd applied = Run({"0.047"});
-  ASSERT_EQ(applied.exit_code, 0);
-  EXPECT_THAT(applied.standard_output,
-              HasSubstr("trammel pa apply --undo --printer " + shop_.address()));
+  ASSERT_THAT(Run({"0.047"}), Prints(0, "trammel pa apply --undo --printer " + shop_.address()));
   EXPECT_NEAR(InForce(), 0.047, 1e-6);
-  const ProcessEnd looked = Run({"--undo", "--dry-run"});
-  EXPECT_EQ(looked.exit_code, 0) << looked.standard_error;
+  EXPECT_THAT(Run({"--undo", "--dry-run"}), Ends(0));
   EXPECT_NEAR(InForce(), 0.047, 1e-6);
-  const ProcessEnd undone = Run({"--undo"});
-  EXPECT_EQ(undone.exit_code, 0) << undone.standard_error;
-  EXPECT_THAT(undone.standard_output, HasSubstr("0.0470  ->  0.0310 s"));
+  EXPECT_THAT(Run({"--undo"}), Prints(0, "0.0470  ->  0.0310 s"));
   EXPECT_NEAR(InForce(), 0.031, 1e-6);
-  const ProcessEnd twice = Run({"--undo"});
-  EXPECT_EQ(twice.exit_code, 1);
-  EXPECT_THAT(twice.standard_error, HasSubstr("was taken back"));
+  EXPECT_THAT(Run({"--undo"}), Fails(1, "was taken back"));
   EXPECT_NEAR(InForce(), 0.031, 1e-6);
 }
 
@@ -91,9 +77,7 @@ TEST_F(Apply, UndoLeavesAValueThatSomebodySetSince) {
   shop_.Script("SET_PRESSURE_ADVANCE ADVANCE=0.031");
   ASSERT_EQ(Run({"0.047"}).exit_code, 0);
   shop_.Script("SET_PRESSURE_ADVANCE ADVANCE=0.06");
-  const ProcessEnd refused = Run({"--undo"});
-  EXPECT_EQ(refused.exit_code, 4);
-  EXPECT_THAT(refused.standard_error, HasSubstr("somebody set another value since"));
+  EXPECT_THAT(Run({"--undo"}), Fails(4, "somebody set another value since"));
   EXPECT_NEAR(InForce(), 0.06, 1e-6);
   EXPECT_EQ(Run({"--undo", "--force"}).exit_code, 0);
   EXPECT_NEAR(InForce(), 0.031, 1e-6);
@@ -113,42 +97,23 @@ TEST_F(Apply, UndoPassesOverWhatWasNeverSet) {
 }
 
 TEST_F(Apply, AResultIsNotKeptForAnotherFilament) {
-  const auto folder = shop_.folder() / "petg";
-  std::filesystem::create_directory(folder);
-  measurement::Outcome outcome;
-  outcome.provenance = {
-      measurement::Instrument::kPressureAdvance, "trammel", "2026-01-02T03:04:05Z", {}};
-  outcome.answers = {{"pressure_advance", "s", Measured::Good({0.055, 0.001, {0.053, 0.057}})}};
+  measurement::Outcome outcome = FoundPressureAdvance(0.055);
   outcome.subject = {"voron.local", "0.60", "PETG Orange"};
-  ASSERT_TRUE(files::KeepOutcome(folder, outcome));
+  KeepIn(shop_.folder() / "petg", outcome);
   const double before_s = InForce();
-  const ProcessEnd refused = Run({"petg", "--filament", "PLA"});
-  EXPECT_EQ(refused.exit_code, 1);
-  EXPECT_THAT(refused.standard_error, HasSubstr("is of the filament 'PETG Orange'"));
+  EXPECT_THAT(Run({"petg", "--filament", "PLA"}), Fails(1, "is of the filament 'PETG Orange'"));
   EXPECT_EQ(InForce(), before_s);
-  const ProcessEnd applied = Run({"petg"});
-  EXPECT_EQ(applied.exit_code, 0) << applied.standard_error;
-  EXPECT_THAT(applied.standard_output,
-              AllOf(HasSubstr("measured on voron.local"), HasSubstr("with a nozzle of 0.60 mm")));
+  EXPECT_THAT(Run({"petg"}), Prints(0, "measured on voron.local", "with a nozzle of 0.60 mm"));
 }
 
 TEST_F(Apply, AResultIsNotSetOnAnotherToolhead) {
-  const auto folder = shop_.folder() / "t1";
-  std::filesystem::create_directory(folder);
-  measurement::Outcome outcome;
-  outcome.provenance = {
-      measurement::Instrument::kPressureAdvance, "trammel", "2026-01-02T03:04:05Z", {}};
-  outcome.answers = {{"pressure_advance", "s", Measured::Good({0.055, 0.001, {0.053, 0.057}})}};
+  measurement::Outcome outcome = FoundPressureAdvance(0.055);
   outcome.subject.toolhead = "extruder1";
-  ASSERT_TRUE(files::KeepOutcome(folder, outcome));
+  KeepIn(shop_.folder() / "t1", outcome);
   const double before_s = InForce();
-  const ProcessEnd refused = Run({"t1"});
-  EXPECT_EQ(refused.exit_code, 1);
-  EXPECT_THAT(refused.standard_error,
-              AllOf(HasSubstr("of the toolhead 'extruder1'"), HasSubstr("'extruder' is active")));
+  EXPECT_THAT(Run({"t1"}), Fails(1, "of the toolhead 'extruder1'", "'extruder' is active"));
   EXPECT_EQ(InForce(), before_s);
-  const ProcessEnd forced = Run({"t1", "--force"});
-  EXPECT_EQ(forced.exit_code, 0) << forced.standard_error;
+  EXPECT_THAT(Run({"t1", "--force"}), Ends(0));
   EXPECT_NEAR(InForce(), 0.055, 1e-6);
 }
 
@@ -180,21 +145,16 @@ TEST_F(ApplyToSpool, KeepsTheValueOnSpoolAndFilamentBesideWhatOthersWrote) {
   spoolman_->SetExtra("filament", spool, "note", "text", "\"mine\"");
   spoolman_->SetExtra("spool", spool, "pressure_advance_matrix", "text",
                       R"("{\"0.6_high_flow\":0.02}")");
-  const ProcessEnd looked = RunThere({"0.0472", "--dry-run"});
-  EXPECT_EQ(looked.exit_code, 0) << looked.standard_error;
-  EXPECT_THAT(looked.standard_output, HasSubstr("nothing was changed"));
+  EXPECT_THAT(RunThere({"0.0472", "--dry-run"}), Prints(0, "nothing was changed"));
   EXPECT_EQ(spoolman_->Extra("filament", spool, "pressure_advance"), std::nullopt);
-  const ProcessEnd done = RunThere({"0.0472"});
-  ASSERT_EQ(done.exit_code, 0) << done.standard_error;
-  EXPECT_THAT(done.standard_output, HasSubstr("pressure_advance (none) -> 0.0472"));
-  EXPECT_THAT(done.standard_output, HasSubstr("kept in           Spoolman"));
+  ASSERT_THAT(RunThere({"0.0472"}),
+              Prints(0, "pressure_advance (none) -> 0.0472", "kept in           Spoolman"));
   EXPECT_EQ(spoolman_->Extra("filament", spool, "pressure_advance"), "0.0472");
   EXPECT_EQ(spoolman_->Extra("filament", spool, "note"), "\"mine\"");
   EXPECT_EQ(spoolman_->Extra("spool", spool, "pressure_advance_matrix"),
             R"("{\"0.6_high_flow\":0.02,\"0.4_standard\":0.0472}")");  // others' stay first
   EXPECT_NEAR(InForceThere(), 0.0472, 1e-6);
-  const ProcessEnd again = RunThere({"0.05"});
-  EXPECT_THAT(again.standard_output, HasSubstr("pressure_advance 0.0472 -> 0.0500"));
+  EXPECT_THAT(RunThere({"0.05"}).standard_output, HasSubstr("pressure_advance 0.0472 -> 0.0500"));
 }
 
 // Whatever cannot be kept is said before anything is set.
@@ -220,9 +180,7 @@ TEST_F(ApplyToSpool, SetsNothingWhereSpoolmanCannotTakeIt) {
   refused("no list of values by nozzle");
   spoolman_->Activate(99);
   refused("No spool with ID 99");
-  const ProcessEnd none = Run({"0.0472", "--spoolman"});
-  EXPECT_EQ(none.exit_code, 1);
-  EXPECT_THAT(none.standard_error, HasSubstr("knows of no Spoolman"));
+  EXPECT_THAT(Run({"0.0472", "--spoolman"}), Fails(1, "knows of no Spoolman"));
 }
 
 TEST_F(ApplyToSpool, WhileThePrinterStartsItSaysThat) {
@@ -230,10 +188,8 @@ TEST_F(ApplyToSpool, WhileThePrinterStartsItSaysThat) {
   ShopOptions options = WithSpoolman(spoolman_);
   options.faults.startup_s = 1e6;
   const MachineShop slow{std::move(options)};
-  const ProcessEnd end =
-      slow.Run({"pa", "apply", "0.0472", "--spoolman", "--printer", slow.address()});
-  EXPECT_EQ(end.exit_code, 3);
-  EXPECT_THAT(end.standard_error, HasSubstr("the printer is \"startup\""));
+  EXPECT_THAT(slow.Run({"pa", "apply", "0.0472", "--spoolman", "--printer", slow.address()}),
+              Fails(3, "the printer is \"startup\""));
   EXPECT_EQ(spoolman_->Extra("filament", 1, "pressure_advance"), std::nullopt);
 }
 
@@ -253,15 +209,11 @@ TEST_F(ApplyToSpool, TheSettingKeepsWhatItCanAndSaysWhatItCannot) {
   EXPECT_THAT(away.standard_output, HasSubstr("not kept          in Spoolman: Spoolman is away"));
   EXPECT_NEAR(InForceThere(), 0.05, 1e-6);
   spoolman_->SetFault(sim::VirtualSpoolman::Fault::kMeddled);
-  const ProcessEnd meddled = run("0.06");
-  EXPECT_EQ(meddled.exit_code, 0) << meddled.standard_error;
-  EXPECT_THAT(
-      meddled.standard_output,
-      AllOf(
-          HasSubstr("SET_PRESSURE_ADVANCE ADVANCE=0.0600: read back"),
-          HasSubstr("in Spoolman       the filament's value was sent and does not read back as it "
-                    "was, and the spool's was not sent: the fields of filament 1 read "
-                    "otherwise")));
+  EXPECT_THAT(run("0.06"),
+              Prints(0, "SET_PRESSURE_ADVANCE ADVANCE=0.0600: read back",
+                     "in Spoolman       the filament's value was sent and does not read back as it "
+                     "was, and the spool's was not sent: the fields of filament 1 read "
+                     "otherwise"));
 }
 
 TEST_F(ApplyToSpool, LeavesAloneWhatOthersWriteAtTheSameTime) {
@@ -270,8 +222,7 @@ TEST_F(ApplyToSpool, LeavesAloneWhatOthersWriteAtTheSameTime) {
     spoolman_->SetExtra(entity, spool, "note", "text", "\"mine\"");
   }
   spoolman_->SetFault(sim::VirtualSpoolman::Fault::kCrossed);
-  const ProcessEnd end = RunThere({"0.0472"});
-  EXPECT_EQ(end.exit_code, 0) << end.standard_error;
+  EXPECT_THAT(RunThere({"0.0472"}), Ends(0));
   for (const char* entity : {"filament", "spool"}) {
     EXPECT_EQ(spoolman_->Extra(entity, spool, "note"), "\"theirs\"") << entity;
   }
@@ -282,8 +233,7 @@ TEST_F(ApplyToSpool, LeavesAloneWhatOthersWriteAtTheSameTime) {
 TEST_F(ApplyToSpool, AnotherFieldsMisfitDoesNotKeepTheValueOut) {
   const int spool = spoolman_->AddSpool("", "PLA", "PLA");
   spoolman_->SetExtra("filament", spool, "flow", "float", "\"fast\"");
-  const ProcessEnd end = RunThere({"0.0472"});
-  EXPECT_EQ(end.exit_code, 0) << end.standard_error;
+  EXPECT_THAT(RunThere({"0.0472"}), Ends(0));
   EXPECT_EQ(spoolman_->Extra("filament", spool, "flow"), "\"fast\"");
   EXPECT_EQ(spoolman_->Extra("filament", spool, "pressure_advance"), "0.0472");
 }
@@ -291,28 +241,19 @@ TEST_F(ApplyToSpool, AnotherFieldsMisfitDoesNotKeepTheValueOut) {
 TEST_F(ApplyToSpool, SaysThatTheSpoolIsArchived) {
   const int spool = spoolman_->AddSpool("", "PLA", "PLA");
   spoolman_->Archive(spool);
-  const ProcessEnd end = RunThere({"0.0472"});
-  EXPECT_EQ(end.exit_code, 0) << end.standard_error;
-  EXPECT_THAT(end.standard_output, HasSubstr("spool 1 is archived"));
+  EXPECT_THAT(RunThere({"0.0472"}), Prints(0, "spool 1 is archived"));
 }
 
 TEST_F(ApplyToSpool, AResultIsNotKeptOnAnotherSpoolThanItsOwn) {
   const int first = spoolman_->AddSpool("", "PLA", "PLA");
-  const auto folder = there_.folder() / "measured";
-  std::filesystem::create_directory(folder);
-  measurement::Outcome outcome;
-  outcome.provenance = {
-      measurement::Instrument::kPressureAdvance, "trammel", "2026-01-02T03:04:05Z", {}};
-  outcome.answers = {{"pressure_advance", "s", Measured::Good({0.055, 0.001, {0.053, 0.057}})}};
+  measurement::Outcome outcome = FoundPressureAdvance(0.055);
   outcome.subject.filament = "PLA";
   outcome.subject.spool = std::to_string(first);
-  ASSERT_TRUE(files::KeepOutcome(folder, outcome));
+  KeepIn(there_.folder() / "measured", outcome);
   const int second = spoolman_->AddSpool("", "PLA", "PLA");
   const double before_s = InForceThere();
-  const ProcessEnd refused = RunThere({"measured"});
-  EXPECT_EQ(refused.exit_code, 1);
-  EXPECT_THAT(refused.standard_error,
-              HasSubstr("of spool 1, and Spoolman has spool 2 on this printer"));
+  EXPECT_THAT(RunThere({"measured"}),
+              Fails(1, "of spool 1, and Spoolman has spool 2 on this printer"));
   EXPECT_EQ(InForceThere(), before_s);
   EXPECT_EQ(RunThere({"measured", "--force"}).exit_code, 0);
   EXPECT_TRUE(spoolman_->Extra("spool", second, "pressure_advance_matrix"));
@@ -332,8 +273,7 @@ TEST_P(ApplyToOlderSpool, OtherFieldsStayAsTheyAre) {
   for (const char* entity : {"filament", "spool"}) {
     spoolman_->SetExtra(entity, spool, "note", "text", R"("\u20ac 5; \"mine\"")");
   }
-  const ProcessEnd end = RunThere({"0.0472"});
-  EXPECT_EQ(end.exit_code, 0) << end.standard_error;
+  EXPECT_THAT(RunThere({"0.0472"}), Ends(0));
   for (const char* entity : {"filament", "spool"}) {
     EXPECT_EQ(spoolman_->Extra(entity, spool, "note"), R"("\u20ac 5; \"mine\"")") << entity;
   }
@@ -347,8 +287,7 @@ TEST_F(ApplyToSpool, SaysThatAnotherProgramWroteAtTheSameTime) {
   spoolman_->AddSpool("", "PLA", "PLA");
   spoolman_->SetFault(sim::VirtualSpoolman::Fault::kMeddled);
   const ProcessEnd end = RunThere({"0.0472"});
-  EXPECT_EQ(end.exit_code, 3);
-  EXPECT_THAT(end.standard_error, HasSubstr("another program wrote there"));
+  EXPECT_THAT(end, Fails(3, "another program wrote there"));
   EXPECT_THAT(end.standard_output, HasSubstr("in Spoolman       the filament's value was sent"));
 }
 
@@ -373,8 +312,7 @@ TEST_F(Apply, OfTwoAtOnceEachIsNotedAsItCameIntoForce) {
           shop_.folder()));
     }
     for (const auto& process : both) {
-      const ProcessEnd end = process->Wait(30);
-      EXPECT_EQ(end.exit_code, 0) << end.standard_error;
+      EXPECT_THAT(process->Wait(30), Ends(0));
     }
     const auto noted = Noted();
     ASSERT_GE(noted.size(), 2u);
@@ -389,12 +327,9 @@ TEST_F(Apply, OfTwoAtOnceEachIsNotedAsItCameIntoForce) {
 
 TEST_F(Apply, NamesWhoeverHasThePrinterAndSetsNothing) {
   ASSERT_EQ(Run({"0.0310"}).exit_code, 0);
-  const auto lock = files::FileLock::Take(
-      files::LockPath(state_, procedure::PlainAddress(shop_.address())), "process 5, since noon,");
-  ASSERT_TRUE(lock) << lock.error().message;
-  const ProcessEnd refused = Run({"0.0470"});
-  EXPECT_EQ(refused.exit_code, 3);
-  EXPECT_THAT(refused.standard_error, HasSubstr("process 5, since noon, holds"));
+  const auto lock = Must(files::FileLock::Take(
+      files::LockPath(state_, procedure::PlainAddress(shop_.address())), "process 5, since noon,"));
+  EXPECT_THAT(Run({"0.0470"}), Fails(3, "process 5, since noon, holds"));
   EXPECT_EQ(Run({"0.0470", "--dry-run"}).exit_code, 0);
   EXPECT_NEAR(InForce(), 0.031, 1e-6);
   EXPECT_EQ(Noted().size(), 1u);
@@ -413,8 +348,7 @@ TEST_F(Apply, EndsFirstWhatADeadRunLeft) {
   journal.given["pressure_advance extruder"] = {0.02};
   ASSERT_TRUE(files::WriteJournal(files::JournalPath(state_, address), journal));
   const ProcessEnd applied = Run({"0.0470"});
-  EXPECT_EQ(applied.exit_code, 0) << applied.standard_error;
-  EXPECT_THAT(applied.standard_error, HasSubstr("the run of yesterday died here"));
+  EXPECT_THAT(applied, Notes("the run of yesterday died here"));
   EXPECT_THAT(applied.standard_output, HasSubstr("0.0310  ->  0.0470 s"));
   EXPECT_NEAR(InForce(), 0.047, 1e-6);
   EXPECT_FALSE(std::filesystem::exists(files::JournalPath(state_, address)));
@@ -425,16 +359,14 @@ TEST_F(Apply, ANewAnalysisIsListedAndNotedAsSuch) {
   const auto folder = shop_.folder() / "rec";
   std::filesystem::create_directory(folder);
   WriteRecording({}, folder);
-  const ProcessEnd first = Run({"rec"});
-  ASSERT_EQ(first.exit_code, 0) << first.standard_error;
+  ASSERT_THAT(Run({"rec"}), Ends(0));
   std::filesystem::last_write_time(
       folder / "scan.json",
       std::filesystem::last_write_time(folder / files::kResultFile) + std::chrono::seconds(1));
   std::this_thread::sleep_for(std::chrono::seconds(1));  // results state seconds
   EXPECT_EQ(Run({"rec", "--dry-run"}).exit_code, 0);
   ASSERT_EQ(History().size(), 1u);
-  const ProcessEnd second = Run({"rec"});
-  ASSERT_EQ(second.exit_code, 0) << second.standard_error;
+  ASSERT_THAT(Run({"rec"}), Ends(0));
   ASSERT_EQ(Run({"rec"}).exit_code, 0);
   const auto entries = History();
   ASSERT_EQ(entries.size(), 1u);

@@ -27,28 +27,13 @@ ShopOptions WithMacros() {
   return options;
 }
 
-// Counts the lines with this text that the printer read.
-int TimesRead(const sim::VirtualKlipper& klipper, const std::string& text) {
-  int times = 0;
-  for (const sim::ReadLine& line : klipper.history().lines) {
-    times += line.text.find(text) != std::string::npos;
-  }
-  return times;
-}
-
 class Listen : public testing::Test {
  protected:
   void Start(ShopOptions options) {
     shop_ = std::make_unique<MachineShop>(std::move(options));
     shop_->Script(kWorkedWith);
     before_ = shop_->Look();
-    process_ = std::make_unique<TrammelProcess>(
-        std::vector<std::string>{"serve", "--printer", shop_->address()}, shop_->folder());
-    shop_->WaitUntil(
-        [this](sim::VirtualKlipper&) {
-          return process_->StandardErrorSoFar().find("serving") != std::string::npos;
-        },
-        "it listened", *process_);
+    process_ = shop_->Serve();
   }
 
   // Asks, and waits until the printer's console holds the answer.

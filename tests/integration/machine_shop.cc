@@ -91,6 +91,18 @@ sim::CameraServerOptions QuickCamera() {
   return options;
 }
 
+ShopOptions WithoutCamera() {
+  ShopOptions options;
+  options.with_camera = false;
+  return options;
+}
+
+int TimesRead(const sim::VirtualKlipper& klipper, const std::string& text) {
+  const auto& lines = klipper.history().lines;
+  return static_cast<int>(std::ranges::count_if(
+      lines, [&](const sim::ReadLine& line) { return line.text.find(text) != std::string::npos; }));
+}
+
 std::vector<std::string> NotAsItWas(const PrinterLook& before, const PrinterLook& after) {
   std::vector<std::string> faults;
   if (after.laser) faults.push_back("the laser is on");
@@ -233,6 +245,22 @@ void MachineShop::WaitUntil(const std::function<bool(sim::VirtualKlipper&)>& so,
                                            process.StandardErrorSoFar()));
     }
   }
+}
+
+void MachineShop::WaitUntilSaid(const std::string& words, TrammelProcess& process,
+                                double time_limit_s) const {
+  WaitUntil(
+      [&](sim::VirtualKlipper&) {
+        return process.StandardErrorSoFar().find(words) != std::string::npos;
+      },
+      "it said: " + words, process, time_limit_s);
+}
+
+std::unique_ptr<TrammelProcess> MachineShop::Serve() const {
+  auto service = std::make_unique<TrammelProcess>(
+      std::vector<std::string>{"serve", "--printer", address()}, folder());
+  WaitUntilSaid("serving", *service);
+  return service;
 }
 
 void MachineShop::WaitUntilPrinting(TrammelProcess& process) const {

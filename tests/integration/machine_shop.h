@@ -40,6 +40,8 @@ struct ShopOptions {
   std::shared_ptr<void> neighbour;
 };
 
+[[nodiscard]] ShopOptions WithoutCamera();
+
 /// State that a calibration must preserve.
 struct PrinterLook {
   std::string state;  ///< "ready", "shutdown", …
@@ -59,6 +61,9 @@ struct PrinterLook {
 /// shutdown has cut its heaters, one that restarted has its heaters off and a fresh G-code state.
 [[nodiscard]] std::vector<std::string> NotAsItWas(const PrinterLook& before,
                                                   const PrinterLook& after);
+
+/// Counts the lines with this text that the printer read.
+[[nodiscard]] int TimesRead(const sim::VirtualKlipper& klipper, const std::string& text);
 
 class MachineShop {
  public:
@@ -92,6 +97,11 @@ class MachineShop {
   /// the process ended first.
   void WaitUntil(const std::function<bool(sim::VirtualKlipper&)>& so, const std::string& what,
                  TrammelProcess& process, double time_limit_s = 60) const;
+  /// Waits until the process said these words on standard error.
+  void WaitUntilSaid(const std::string& words, TrammelProcess& process,
+                     double time_limit_s = 60) const;
+  /// Starts trammel serve, and waits until it serves.
+  [[nodiscard]] std::unique_ptr<TrammelProcess> Serve() const;
   /// Until filament is being laid, at least `lines` slow-fast-slow lines' beads after the first.
   void WaitUntilPrinting(TrammelProcess& process) const;
   /// Until the n-th sweep (from 1) is under way: laser on, head at scanning speed.

@@ -13,40 +13,24 @@
 #include <vector>
 
 #include "image/png_test_support.h"
-#include "machine_shop.h"
+#include "offset_changer.h"
+#include "support/matchers.h"
 
 namespace trammel::test {
 namespace {
 
 namespace fs = std::filesystem;
 using sim::VirtualKlipper;
-using ::testing::AllOf;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 using ::testing::Not;
 
-constexpr double kEnough_s = 240;
 constexpr int kMachine = 3, kNotTrusted = 2, kUnsafe = 4;
-// T1 keeps this, and lands so far beside; both the rendered sheet's truth.
-constexpr double kKept_x_mm = 0.25, kKept_y_mm = -0.5;
-constexpr double kTruth_x_mm = 0.1, kTruth_y_mm = -0.05;
-// Five times the 95 % error of a sheet with half of the teeth, 4 um (docs/howto/tool-offset.md).
-constexpr double kNear_mm = 0.02;
 constexpr double kHour_s = 3600;
-
-ShopOptions Changer() {
-  ShopOptions options;
-  options.klipper.tools = {{0, "tool T0", {}}, {1, "tool T1", {kKept_x_mm, kKept_y_mm, 0}}};
-  options.hurry = 200;
-  options.with_camera = false;
-  // A small sheet, quickly drawn.
-  options.config["tool_offset_pattern"] = "teeth = 9\nprint_speed = 200\n";
-  return options;
-}
 
 /// Counts this text in the console, or as a dialog's question. The text also appears on the display
 /// and in the dialog, a moment later.
-int TimesRead(const VirtualKlipper& klipper, const std::string& text) {
+int TimesTold(const VirtualKlipper& klipper, const std::string& text) {
   const bool dialog = text.starts_with("TRAMMEL_ASK") || text.starts_with(" MSG=");
   int times = 0;
   for (const sim::ReadLine& line : klipper.history().lines) {
@@ -60,37 +44,29 @@ double Now_s() {
   return std::chrono::duration<double>(std::chrono::system_clock::now().time_since_epoch()).count();
 }
 
-class OffsetServe : public testing::Test {
+class OffsetServe : public OffsetChanger {
  protected:
   void Open(const ShopOptions& options = Changer()) {
     shop_ = std::make_unique<MachineShop>(options);
     before_ = shop_->Look();
     Launch();
   }
-  void Launch() {
-    service_ = std::make_unique<TrammelProcess>(
-        std::vector<std::string>{"serve", "--printer", shop_->address()}, shop_->folder());
-    shop_->WaitUntil(
-        [&](VirtualKlipper&) {
-          return service_->StandardErrorSoFar().find("serving") != std::string::npos;
-        },
-        "it served", *service_);
-  }
+  void Launch() { service_ = shop_->Serve(); }
   /// Calls a macro, and waits until the printer was told this once more.
   void Ask(const std::string& macro, const std::string& answer) {
     int before = 0;
-    shop_->With([&](VirtualKlipper& klipper) { before = TimesRead(klipper, answer); });
+    shop_->With([&](VirtualKlipper& klipper) { before = TimesTold(klipper, answer); });
     shop_->Script(macro);
-    shop_->WaitUntil([&](VirtualKlipper& klipper) { return TimesRead(klipper, answer) > before; },
+    shop_->WaitUntil([&](VirtualKlipper& klipper) { return TimesTold(klipper, answer) > before; },
                      "the printer was told: " + answer, *service_, kEnough_s);
   }
   /// Asks for a sheet, presses the dialog's button, and waits until the printer was told this.
   void Print(const std::string& parameters, const std::string& answer) {
     Ask("TRAMMEL_OFFSET" + parameters, "TRAMMEL_ASK BUTTONS=sheet TOKEN=");
     int before = 0;
-    shop_->With([&](VirtualKlipper& klipper) { before = TimesRead(klipper, answer); });
+    shop_->With([&](VirtualKlipper& klipper) { before = TimesTold(klipper, answer); });
     shop_->Confirm();
-    shop_->WaitUntil([&](VirtualKlipper& klipper) { return TimesRead(klipper, answer) > before; },
+    shop_->WaitUntil([&](VirtualKlipper& klipper) { return TimesTold(klipper, answer) > before; },
                      "the printer was told: " + answer, *service_, kEnough_s);
   }
   /// The folder of the last sheet.
@@ -104,15 +80,9 @@ class OffsetServe : public testing::Test {
   }
   /// A scan of a sheet.
   [[nodiscard]] std::string ScanOf(const std::string& pattern, int seed) const {
-    const std::string file = fmt::format("scan{}.png", seed);
-    const ProcessEnd end =
-        shop_->Run({"sim", "sheet", pattern, "--out", file, "--seed", std::to_string(seed),
-                    "--offset", fmt::format("1:{},{}", kTruth_x_mm, kTruth_y_mm), "--stored",
-                    fmt::format("1:{},{}", kKept_x_mm, kKept_y_mm)},
-                   kEnough_s);
-    EXPECT_EQ(end.exit_code, 0) << end.standard_error;
-    std::string bytes = ReadWhole(shop_->folder() / file);
-    fs::remove(shop_->folder() / file);
+    Scan("scan.png", pattern, seed);
+    std::string bytes = ReadWhole(shop_->folder() / "scan.png");
+    fs::remove(shop_->folder() / "scan.png");
     return bytes;
   }
   void Store(const std::string& name, const std::string& bytes, double age_s = 0) const {
@@ -120,30 +90,6 @@ class OffsetServe : public testing::Test {
       klipper.StoreConfigFile("trammel/" + name, bytes, Now_s() - age_s);
     });
   }
-  [[nodiscard]] std::array<double, 3> Kept() const {
-    std::array<double, 3> kept{};
-    shop_->With([&](VirtualKlipper& klipper) { kept = klipper.tools[1].offset_mm; });
-    return kept;
-  }
-  void ExpectOffsetsUnchanged() const {
-    EXPECT_EQ(Kept()[0], kKept_x_mm);
-    EXPECT_EQ(Kept()[1], kKept_y_mm);
-  }
-  void ExpectAllOff() const {
-    shop_->With([](VirtualKlipper& klipper) {
-      for (const sim::Heater* heater : klipper.Heaters()) {
-        EXPECT_EQ(heater->target_c, 0) << heater->config.name;
-      }
-    });
-  }
-  [[nodiscard]] std::size_t Moves() const {
-    std::size_t moves = 0;
-    shop_->With([&](VirtualKlipper& klipper) { moves = klipper.history().moves.size(); });
-    return moves;
-  }
-
-  std::unique_ptr<MachineShop> shop_;
-  PrinterLook before_;
   std::unique_ptr<TrammelProcess> service_;
 };
 
@@ -165,7 +111,7 @@ TEST_F(OffsetServe, LeadsFromTheDialogToOffsetsThatAreSetOnce) {
   Ask("TRAMMEL_OFFSET_SCAN", "TRAMMEL_ASK BUTTONS=use MSG=\"tool offsets T1 x +0.1");
   ExpectOffsetsUnchanged();
   shop_->With([](VirtualKlipper& klipper) {
-    EXPECT_EQ(TimesRead(klipper, "trammel: tool_offset T1 x = +0.1"), 1);
+    EXPECT_EQ(TimesTold(klipper, "trammel: tool_offset T1 x = +0.1"), 1);
     int pictures = 0;
     for (const auto& [name, file] : klipper.config_files()) {
       pictures += name.starts_with("trammel/offset_scan-") && name.ends_with(".png") &&
@@ -174,8 +120,7 @@ TEST_F(OffsetServe, LeadsFromTheDialogToOffsetsThatAreSetOnce) {
     EXPECT_EQ(pictures, 1);
   });
   Ask("TRAMMEL_APPLY", "until Klipper restarts");
-  EXPECT_NEAR(Kept()[0], kKept_x_mm - kTruth_x_mm, kNear_mm);
-  EXPECT_NEAR(Kept()[1], kKept_y_mm - kTruth_y_mm, kNear_mm);
+  ExpectOffsetsNew();
   const auto set = Kept();
 
   // The same once more, by every way to it.
@@ -184,7 +129,7 @@ TEST_F(OffsetServe, LeadsFromTheDialogToOffsetsThatAreSetOnce) {
   Ask("TRAMMEL_OFFSET_SCAN FILE=sheet.png", "TRAMMEL_ASK BUTTONS=use MSG=\"tool offsets T1");
   Ask("TRAMMEL_APPLY", "not applied: ");
   shop_->With([](VirtualKlipper& klipper) {
-    EXPECT_EQ(TimesRead(klipper, "trammel: not applied: taking it out twice would move tool 1"), 1);
+    EXPECT_EQ(TimesTold(klipper, "trammel: not applied: taking it out twice would move tool 1"), 1);
   });
   Ask("TRAMMEL_DISMISS", "nothing applied");
   // Another scan of the same print says nearly the same, and would move the tool again.
@@ -228,7 +173,7 @@ TEST_F(OffsetServe, WhatIsNoScanOfThisPrintIsRefusedByItsCause) {
   Store("right.png", scan);
   Ask("TRAMMEL_OFFSET_SCAN", "TRAMMEL_ASK BUTTONS=use MSG=\"tool offsets T1");
   shop_->With(
-      [](VirtualKlipper& klipper) { EXPECT_GE(TimesRead(klipper, "left out: picture "), 1); });
+      [](VirtualKlipper& klipper) { EXPECT_GE(TimesTold(klipper, "left out: picture "), 1); });
   Ask("TRAMMEL_DISMISS", "nothing applied");
   ExpectOffsetsUnchanged();
 }
@@ -248,15 +193,11 @@ TEST_F(OffsetServe, BeginsNothingOnAWarmBedOrWithOneToolOrASecondTime) {
   const auto shell = std::make_unique<TrammelProcess>(
       std::vector<std::string>{"offset", "start", "--printer", shop_->address(), "--out", "rec"},
       shop_->folder(), ProcessLimits{.terminal = true});
-  shop_->WaitUntil(
-      [&](VirtualKlipper&) {
-        return shell->StandardErrorSoFar().find("[y/N]") != std::string::npos;
-      },
-      "it asked", *shell, kEnough_s);
+  shop_->WaitUntilSaid("[y/N]", *shell, kEnough_s);
   shop_->Confirm();
   shop_->WaitUntil(
       [](VirtualKlipper& klipper) {
-        return TimesRead(klipper, "no calibration: the printer is taken") > 0;
+        return TimesTold(klipper, "no calibration: the printer is taken") > 0;
       },
       "it refused", *service_, kEnough_s);
   shell->Type("n");
@@ -277,9 +218,9 @@ TEST_F(OffsetServe, KilledWhileItPrintsAllIsColdAndWhatWasPrintedIsNotMeasured) 
   Ask("TRAMMEL_OFFSET", "TRAMMEL_ASK BUTTONS=sheet TOKEN=");
   shop_->Confirm();
   shop_->WaitUntilPrinting(*service_);
-  const ProcessEnd second = shop_->Run(
-      {"offset", "start", "--yes", "move,paper", "--out", "other", "--printer", shop_->address()});
-  EXPECT_EQ(second.exit_code, kMachine) << second.standard_error;
+  EXPECT_THAT(shop_->Run({"offset", "start", "--yes", "move,paper", "--out", "other", "--printer",
+                          shop_->address()}),
+              Ends(kMachine));
   service_->Send(SIGKILL);
   EXPECT_EQ(service_->Wait(kEnough_s).signal, SIGKILL);
   EXPECT_THAT(shop_->Faulty(before_, kEnough_s), IsEmpty());
@@ -331,9 +272,9 @@ TEST_F(OffsetMeasure, WhereTheRunWasKilledAndThePrintWentOnItsScanIsMeasured) {
   const ProcessEnd measured =
       shop_->Run(Words({"offset", "measure", "--out", "recordings/measured"}), kEnough_s);
   ASSERT_EQ(measured.exit_code, 0) << measured.standard_error;
-  EXPECT_THAT(measured.standard_output,
-              AllOf(HasSubstr("X offset  0.250  ->"),
-                    HasSubstr("trammel offset apply recordings/measured --apply")));
+  EXPECT_THAT(
+      measured.standard_output,
+      Containing("X offset  0.250  ->", "trammel offset apply recordings/measured --apply"));
   for (const char* file :
        {"scan.png", "pattern.gcode", "start.json", "result.json", "answer.png", "report.html"}) {
     EXPECT_TRUE(fs::exists(shop_->folder() / "recordings/measured" / file)) << file;
@@ -341,38 +282,34 @@ TEST_F(OffsetMeasure, WhereTheRunWasKilledAndThePrintWentOnItsScanIsMeasured) {
   // Set by hand meanwhile, it is not what was measured; and of the reference tool neither.
   for (const int tool : {1, 0}) {
     shop_->Script(fmt::format("SET_TOOL_PARAMETER T={} PARAMETER=gcode_x_offset VALUE=0.3", tool));
-    const ProcessEnd refused =
-        shop_->Run(Words({"offset", "apply", "recordings/measured", "--apply"}));
-    EXPECT_EQ(refused.exit_code, kUnsafe) << refused.standard_error;
-    EXPECT_THAT(refused.standard_error, HasSubstr(fmt::format("tool {} had an offset of", tool)));
+    EXPECT_THAT(shop_->Run(Words({"offset", "apply", "recordings/measured", "--apply"})),
+                Fails(kUnsafe, fmt::format("tool {} had an offset of", tool)));
     shop_->Script(fmt::format("SET_TOOL_PARAMETER T={} PARAMETER=gcode_x_offset VALUE={}", tool,
                               tool == 1 ? kKept_x_mm : 0));
   }
   EXPECT_EQ(shop_->Run(Words({"offset", "apply", "recordings/measured", "--apply"})).exit_code, 0);
-  EXPECT_NEAR(Kept()[0], kKept_x_mm - kTruth_x_mm, kNear_mm);
+  ExpectOffsetsNew();
 }
 
 TEST_F(OffsetMeasure, WhatCannotBeReadLeavesNoFolderBehind) {
   shop_ = std::make_unique<MachineShop>(Changer());
-  const ProcessEnd printed = shop_->Run(Words({"offset", "start", "--print-only", "--yes",
-                                               "move,paper", "--out", "recordings/offset_sheet-1"}),
-                                        kEnough_s);
-  ASSERT_EQ(printed.exit_code, 0) << printed.standard_error;
-  EXPECT_THAT(printed.standard_output,
-              AllOf(HasSubstr("offset start --continue recordings/offset_sheet-1"),
-                    Not(HasSubstr("nothing applied"))));
+  ASSERT_THAT(shop_->Run(Words({"offset", "start", "--print-only", "--yes", "move,paper", "--out",
+                                "recordings/offset_sheet-1"}),
+                         kEnough_s),
+              Prints(0, "offset start --continue recordings/offset_sheet-1",
+                     Not(HasSubstr("nothing applied"))));
   Page blank;  // no sheet on it
   blank.width = blank.height = 1000;
   blank.samples.assign(1'000'000, 0xF0);
   Store("empty.png", image::PngOf(blank));
-  const ProcessEnd none =
-      shop_->Run(Words({"offset", "measure", "--out", "recordings/none"}), kEnough_s);
-  EXPECT_EQ(none.exit_code, kNotTrusted) << none.standard_error;
+  EXPECT_THAT(shop_->Run(Words({"offset", "measure", "--out", "recordings/none"}), kEnough_s),
+              Ends(kNotTrusted));
   EXPECT_FALSE(fs::exists(shop_->folder() / "recordings/none"));
   Store("big.pdf", std::string(16, 'x'));
-  const ProcessEnd pdf = shop_->Run(
-      Words({"offset", "measure", "--file", "big.pdf", "--out", "recordings/none"}), kEnough_s);
-  EXPECT_EQ(pdf.exit_code, 1) << pdf.standard_error;
+  EXPECT_THAT(
+      shop_->Run(Words({"offset", "measure", "--file", "big.pdf", "--out", "recordings/none"}),
+                 kEnough_s),
+      Ends(1));
   EXPECT_FALSE(fs::exists(shop_->folder() / "recordings/none"));
 }
 

@@ -15,7 +15,8 @@
 #include <string>
 #include <vector>
 
-#include "machine_shop.h"
+#include "offset_changer.h"
+#include "support/matchers.h"
 
 namespace trammel::test {
 namespace {
@@ -28,36 +29,13 @@ using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 using ::testing::Not;
 
-constexpr double kEnough_s = 240;
 constexpr int kInput = 1, kMachine = 3, kUnsafe = 4, kInterrupted = 130;
 constexpr const char* kMove = "park it high above the back of the bed";
 constexpr const char* kTape = "Now tape";
 constexpr const char* kScanIt = "the sheet is printed";
 constexpr const char* kSetThem = "set the new offsets of T1";
 constexpr const char* kKeepThem = "keep them beyond a restart";
-// T1 keeps this, and lands so far beside; both the rendered sheet's truth.
-constexpr double kKept_x_mm = 0.25, kKept_y_mm = -0.5;
-constexpr double kTruth_x_mm = 0.1, kTruth_y_mm = -0.05;
-// Five times the 95 % error of a sheet with half of the teeth, 4 um (docs/howto/tool-offset.md).
-constexpr double kNear_mm = 0.02;
-
-sim::KlipperConfig ToolChanger() {
-  sim::KlipperConfig config = QuickKlipper();
-  config.tools = {{0, "tool T0", {}}, {1, "tool T1", {kKept_x_mm, kKept_y_mm, 0}}};
-  return config;
-}
-
-ShopOptions Changer() {
-  ShopOptions options;
-  options.klipper = ToolChanger();
-  options.hurry = 200;
-  options.with_camera = false;
-  // A small sheet, quickly drawn.
-  options.config["tool_offset_pattern"] = "teeth = 9\nprint_speed = 200\n";
-  return options;
-}
-
-class OffsetStart : public testing::Test {
+class OffsetStart : public OffsetChanger {
  protected:
   void Open(const ShopOptions& options = Changer()) {
     shop_ = std::make_unique<MachineShop>(options);
@@ -95,43 +73,7 @@ class OffsetStart : public testing::Test {
     Answer(kTape, "y", process);
     Await(kScanIt, process);
   }
-  /// A scan of what was printed.
-  void Scan(const std::string& to, const std::string& pattern = "rec/pattern.gcode") {
-    const ProcessEnd end = shop_->Run({"sim", "sheet", pattern, "--out", to, "--seed", "41",
-                                       "--offset", fmt::format("1:{},{}", kTruth_x_mm, kTruth_y_mm),
-                                       "--stored", fmt::format("1:{},{}", kKept_x_mm, kKept_y_mm)},
-                                      kEnough_s);
-    ASSERT_EQ(end.exit_code, 0) << end.standard_error;
-  }
-  /// The offset of T1 that the printer keeps.
-  [[nodiscard]] std::array<double, 3> Kept() const {
-    std::array<double, 3> kept{};
-    shop_->With([&](VirtualKlipper& klipper) { kept = klipper.tools[1].offset_mm; });
-    return kept;
-  }
-  void ExpectOffsetsUnchanged() const {
-    EXPECT_EQ(Kept()[0], kKept_x_mm);
-    EXPECT_EQ(Kept()[1], kKept_y_mm);
-  }
-  void ExpectOffsetsNew() const {
-    EXPECT_NEAR(Kept()[0], kKept_x_mm - kTruth_x_mm, kNear_mm);
-    EXPECT_NEAR(Kept()[1], kKept_y_mm - kTruth_y_mm, kNear_mm);
-  }
-  void ExpectAllOff() const {
-    shop_->With([](VirtualKlipper& klipper) {
-      for (const sim::Heater* heater : klipper.Heaters()) {
-        EXPECT_EQ(heater->target_c, 0) << heater->config.name;
-      }
-    });
-  }
-  [[nodiscard]] std::size_t Moves() const {
-    std::size_t moves = 0;
-    shop_->With([&](VirtualKlipper& klipper) { moves = klipper.history().moves.size(); });
-    return moves;
-  }
 
-  std::unique_ptr<MachineShop> shop_;
-  PrinterLook before_;
   std::size_t said_ = 0;
 };
 
@@ -145,12 +87,10 @@ TEST_F(OffsetStart, LeadsFromTheToolsToOffsetsThatAreKeptAndTakenBack) {
   Scan("rec/scan/sheet.png");
   Answer(kSetThem, "y", *process);
   Answer(kKeepThem, "yes", *process);
-  const ProcessEnd end = process->Wait(kEnough_s);
-  ASSERT_EQ(end.exit_code, 0) << end.standard_error << end.standard_output;
-  EXPECT_THAT(end.standard_output,
-              AllOf(HasSubstr("tool 1     extruder1, keeps 0.250, -0.500 mm"),
-                    HasSubstr("heated to"), HasSubstr("paper      A5"), HasSubstr("T0 -> T1"),
-                    HasSubstr("X offset  0.250  ->"), HasSubstr("offset apply --undo --save")));
+  ASSERT_THAT(
+      process->Wait(kEnough_s),
+      Prints(0, "tool 1     extruder1, keeps 0.250, -0.500 mm", "heated to", "paper      A5",
+             "T0 -> T1", "X offset  0.250  ->", "offset apply --undo --save"));
   ExpectOffsetsNew();
   for (const char* file : {"pattern.gcode", "pattern.png", "pattern.svg", "start.json",
                            "result.json", "report.html", "scan/sheet.png"}) {
@@ -161,13 +101,11 @@ TEST_F(OffsetStart, LeadsFromTheToolsToOffsetsThatAreKeptAndTakenBack) {
   const std::string page = ReadWhole(shop_->folder() / "rec" / "report.html");
   EXPECT_THAT(page, HasSubstr("Where each tool lands"));
   // It outlived the restart of SAVE_CONFIG, and goes back: until the next one, and beyond.
-  const ProcessEnd loose =
-      shop_->Run({"offset", "apply", "--undo", "--printer", shop_->address()}, kEnough_s);
-  ASSERT_EQ(loose.exit_code, 0) << loose.standard_error;
-  EXPECT_THAT(loose.standard_output, HasSubstr("unless offset apply --undo --save keeps this"));
-  const ProcessEnd undone =
-      shop_->Run({"offset", "apply", "--undo", "--save", "--printer", shop_->address()}, kEnough_s);
-  ASSERT_EQ(undone.exit_code, 0) << undone.standard_error;
+  ASSERT_THAT(shop_->Run({"offset", "apply", "--undo", "--printer", shop_->address()}, kEnough_s),
+              Prints(0, "unless offset apply --undo --save keeps this"));
+  ASSERT_THAT(
+      shop_->Run({"offset", "apply", "--undo", "--save", "--printer", shop_->address()}, kEnough_s),
+      Ends(0));
   ExpectOffsetsUnchanged();
   shop_->With([](VirtualKlipper& klipper) { EXPECT_TRUE(klipper.files().empty()); });
 }
@@ -203,9 +141,8 @@ TEST_F(OffsetStart, AsksForPaperOnlyOverAColdBedWithTheHeadHighBehindItAndStands
                    "three seconds went by", *process);
   EXPECT_EQ(Moves(), moves);
   process->Type("n");
-  const ProcessEnd end = process->Wait(kEnough_s);
-  EXPECT_EQ(end.exit_code, kInterrupted) << end.standard_error;
-  EXPECT_THAT(end.standard_error, HasSubstr("nothing was heated or printed, as you answered"));
+  EXPECT_THAT(process->Wait(kEnough_s),
+              Fails(kInterrupted, "nothing was heated or printed, as you answered"));
   EXPECT_EQ(Moves(), moves);
   ExpectAllOff();
   EXPECT_FALSE(fs::exists(shop_->folder() / "rec"));
@@ -230,9 +167,7 @@ TEST_F(OffsetStart, WithoutATerminalItSaysWhatToGiveAndMovesNothing) {
   for (const auto& [given, wanted] : {std::pair{"", "--yes move"}, {"move", "--yes paper"}}) {
     std::vector<std::string> more;
     if (*given != '\0') more = {"--yes", given};
-    const ProcessEnd end = StartNew(more, {})->Wait(kEnough_s);
-    EXPECT_EQ(end.exit_code, kInput) << end.standard_error;
-    EXPECT_THAT(end.standard_error, HasSubstr(wanted));
+    EXPECT_THAT(StartNew(more, {})->Wait(kEnough_s), Fails(kInput, wanted));
   }
   EXPECT_EQ(Moves(), 0U);
   EXPECT_FALSE(fs::exists(shop_->folder() / "rec"));
@@ -244,14 +179,12 @@ TEST_F(OffsetStart, WithoutATerminalItDoesWhatIsNamedAndNoMore) {
   const auto process = StartNew({"--yes", "move,paper", "--watch", "in"}, {});
   Await(kScanIt, *process);
   Scan("in/sheet.png");
-  const ProcessEnd end = process->Wait(kEnough_s);
-  ASSERT_EQ(end.exit_code, 0) << end.standard_error;
-  EXPECT_THAT(end.standard_output, HasSubstr("nothing applied   trammel offset apply rec --apply"));
+  ASSERT_THAT(process->Wait(kEnough_s),
+              Prints(0, "nothing applied   trammel offset apply rec --apply"));
   EXPECT_TRUE(fs::exists(shop_->folder() / "rec" / "scan.png"));
   ExpectOffsetsUnchanged();
   // The answer stays, and may be applied by its folder.
-  const ProcessEnd again = Start({"--continue", "rec", "--yes", "apply"}, {})->Wait(kEnough_s);
-  ASSERT_EQ(again.exit_code, 0) << again.standard_error;
+  ASSERT_THAT(Start({"--continue", "rec", "--yes", "apply"}, {})->Wait(kEnough_s), Ends(0));
   ExpectOffsetsNew();
 }
 
@@ -309,17 +242,15 @@ TEST_P(OffsetStartWhileItAsksForPaper, EndsColdWithOffsetsAsTheyWere) {
   Await("[y/N]", *process);
   const std::size_t moves = Moves();
   GetParam().strike(*shop_, *process);
-  const ProcessEnd end = process->Wait(kEnough_s);
-  EXPECT_EQ(end.exit_code, GetParam().exit_code) << end.standard_error;
-  EXPECT_THAT(end.standard_error, HasSubstr(GetParam().said));
+  EXPECT_THAT(process->Wait(kEnough_s), Fails(GetParam().exit_code, GetParam().said));
   EXPECT_THAT(shop_->Faulty(before_), IsEmpty());
   if (shop_->Look().state == "ready") ExpectAllOff();
   if (!GetParam().restarts) EXPECT_EQ(Moves(), moves);
   ExpectOffsetsUnchanged();
   EXPECT_FALSE(fs::exists(shop_->folder() / "rec" / "start.json"));
   // Nothing keeps the next one from beginning.
-  const ProcessEnd next = StartNew({"--yes", "move"}, {})->Wait(kEnough_s);
-  EXPECT_THAT(next.standard_error, Not(HasSubstr("another trammel")));
+  EXPECT_THAT(StartNew({"--yes", "move"}, {})->Wait(kEnough_s).standard_error,
+              Not(HasSubstr("another trammel")));
 }
 
 INSTANTIATE_TEST_SUITE_P(All, OffsetStartWhileItAsksForPaper, testing::ValuesIn(kWaysOut),
@@ -331,9 +262,7 @@ TEST_F(OffsetStart, AnothersPrintThatBeginsMeanwhileIsLeftAlone) {
   Answer(kMove, "y", *process);
   Await(kTape, *process);
   Other(*shop_);
-  const ProcessEnd end = process->Wait(kEnough_s);
-  EXPECT_EQ(end.exit_code, kMachine) << end.standard_error;
-  EXPECT_THAT(end.standard_error, HasSubstr("somebody else's job has the printer"));
+  EXPECT_THAT(process->Wait(kEnough_s), Fails(kMachine, "somebody else's job has the printer"));
   shop_->With([](VirtualKlipper& klipper) {
     EXPECT_EQ(klipper.print.state, "printing");
     EXPECT_EQ(klipper.nozzle.target_c, 151);
@@ -369,11 +298,9 @@ TEST_F(OffsetStart, AStopWhileTheSecondToolDrawsLeavesItsOffsetInForceAndAllCold
     EXPECT_TRUE(klipper.files().empty());
   });
   // An interrupted print cannot be continued.
-  const ProcessEnd on = Start({"--continue", "rec"}, {})->Wait(kEnough_s);
-  EXPECT_EQ(on.exit_code, kMachine);
-  EXPECT_THAT(on.standard_error,
-              AllOf(HasSubstr("begin again"),
-                    HasSubstr("trammel offset analyze SCAN --pattern rec/pattern.gcode")));
+  EXPECT_THAT(
+      Start({"--continue", "rec"}, {})->Wait(kEnough_s),
+      Fails(kMachine, "begin again", "trammel offset analyze SCAN --pattern rec/pattern.gcode"));
 }
 
 TEST_F(OffsetStart, AStopWhileItHeatsEndsColdAtOnce) {
@@ -414,8 +341,7 @@ TEST_F(OffsetStart, KilledBetweenPrintAndScanTheNextOneGoesOn) {
   ExpectOffsetsNew();
   EXPECT_THAT(end.standard_output, HasSubstr("to undo it        trammel offset apply --undo"));
   // Applied once more it is refused: it was taken out already.
-  const ProcessEnd twice = Start({"--continue", "rec", "--yes", "apply"}, {})->Wait(kEnough_s);
-  EXPECT_EQ(twice.exit_code, kUnsafe) << twice.standard_error;
+  EXPECT_THAT(Start({"--continue", "rec", "--yes", "apply"}, {})->Wait(kEnough_s), Ends(kUnsafe));
   ExpectOffsetsNew();
 }
 
@@ -458,17 +384,14 @@ TEST_F(OffsetStart, BadFilesAreNamedAndItGoesOnWaiting) {
   std::ofstream(in / "slow.png", std::ios::binary | std::ios::app)
       << bytes.substr(bytes.size() / 2);
   Answer(kSetThem, "", *process);
-  const ProcessEnd end = process->Wait(kEnough_s);
-  EXPECT_EQ(end.exit_code, 0) << end.standard_error;
-  EXPECT_THAT(end.standard_output, HasSubstr("nothing applied"));
+  EXPECT_THAT(process->Wait(kEnough_s), Prints(0, "nothing applied"));
   ExpectOffsetsUnchanged();
 }
 
 TEST_F(OffsetStart, AFullDiskIsSaidBeforeAnythingMovesAndALaterOneLosesNothing) {
   Open();
-  const ProcessEnd full =
-      StartNew({"--yes", "move,paper"}, {.file_bytes = 50'000})->Wait(kEnough_s);
-  EXPECT_EQ(full.exit_code, kInput) << full.standard_error;
+  EXPECT_THAT(StartNew({"--yes", "move,paper"}, {.file_bytes = 50'000})->Wait(kEnough_s),
+              Ends(kInput));
   EXPECT_EQ(Moves(), 0U);
   EXPECT_FALSE(fs::exists(shop_->folder() / "rec"));
   const auto process = StartNew({"--yes", "move,paper", "--watch", "."}, {});
@@ -478,30 +401,23 @@ TEST_F(OffsetStart, AFullDiskIsSaidBeforeAnythingMovesAndALaterOneLosesNothing) 
   Await("cannot be kept as rec/scan.png", *process);
   EXPECT_FALSE(fs::exists(shop_->folder() / "rec" / "scan.png"));
   process->Send(SIGINT);
-  const ProcessEnd end = process->Wait(kEnough_s);
-  EXPECT_EQ(end.exit_code, kInterrupted);
-  EXPECT_THAT(end.standard_error, HasSubstr("trammel offset start --continue rec"));
-  const ProcessEnd on = Start({"--continue", "rec", "--scan", "sheet.png"}, {})->Wait(kEnough_s);
-  EXPECT_EQ(on.exit_code, 0) << on.standard_error;
+  EXPECT_THAT(process->Wait(kEnough_s), Fails(kInterrupted, "trammel offset start --continue rec"));
+  EXPECT_THAT(Start({"--continue", "rec", "--scan", "sheet.png"}, {})->Wait(kEnough_s), Ends(0));
 }
 
 TEST_F(OffsetStart, NothingHeatsWithoutAMaterialAndAPlaceBeyondReachIsRefused) {
   ShopOptions options = Changer();
   Open(options);
   WriteWhole(shop_->folder() / "bare.toml", "[tool_offset_pattern]\nteeth = 9\n");
-  const ProcessEnd bare =
-      StartNew({"--yes", "move,paper", "--config", "bare.toml"}, {})->Wait(kEnough_s);
-  EXPECT_EQ(bare.exit_code, kInput);
-  EXPECT_THAT(bare.standard_error, HasSubstr("material"));
-  const ProcessEnd far =
+  EXPECT_THAT(StartNew({"--yes", "move,paper", "--config", "bare.toml"}, {})->Wait(kEnough_s),
+              Fails(kInput, "material"));
+  EXPECT_THAT(
       StartNew({"--yes", "move,paper", "--set", "bed_size_x=400", "--set", "position_x=330"}, {})
-          ->Wait(kEnough_s);
-  EXPECT_EQ(far.exit_code, kUnsafe) << far.standard_error;
-  EXPECT_THAT(far.standard_error, HasSubstr("the nozzle reaches X -2.0 ... 255.0"));
-  const ProcessEnd hot =
-      StartNew({"--yes", "move,paper", "--set", "nozzle_temperatures=[190, 350]"}, {})
-          ->Wait(kEnough_s);
-  EXPECT_EQ(hot.exit_code, kUnsafe) << hot.standard_error;
+          ->Wait(kEnough_s),
+      Fails(kUnsafe, "the nozzle reaches X -2.0 ... 255.0"));
+  EXPECT_THAT(StartNew({"--yes", "move,paper", "--set", "nozzle_temperatures=[190, 350]"}, {})
+                  ->Wait(kEnough_s),
+              Ends(kUnsafe));
   EXPECT_EQ(Moves(), 0U);
   // A terminal shows a prompt.
   const auto process = StartNew({"--config", "bare.toml"});

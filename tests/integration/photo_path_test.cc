@@ -14,6 +14,7 @@
 #include "files/whole_file.h"
 #include "machine_shop.h"
 #include "sim/moonraker/test_client.h"
+#include "support/matchers.h"
 
 namespace trammel::test {
 namespace {
@@ -29,14 +30,13 @@ constexpr double kEnough_s = 240;
 constexpr std::size_t kMaxBytes = std::size_t{64} << 20;
 
 ShopOptions WithoutLaser() {
-  ShopOptions options;
+  ShopOptions options = WithoutCamera();
   auto& macros = options.klipper.macros;
   macros.erase("_LASER_ON");
   macros.erase("LASER_OFF");
   macros["_TRAMMEL_RELEASE"].lines = {"UPDATE_DELAYED_GCODE ID=TRAMMEL_LIMIT DURATION=0"};
   options.klipper.delayed_gcode.erase("LASER_LIMIT");
   options.klipper.delayed_gcode["TRAMMEL_LIMIT"] = {"TURN_OFF_HEATERS"};
-  options.with_camera = false;
   options.hurry = 10;
   return options;
 }
@@ -67,11 +67,11 @@ class PhotoPath : public testing::Test {
   /// A phone's picture of what a run printed.
   std::string PhotoOf(const std::string& run) {
     const std::string file = (shop_.folder() / (run + ".jpg")).string();
-    const ProcessEnd taken = shop_.Run(
-        {"sim", "photo", run + "/pattern.gcode", "--pressure-advance",
-         std::to_string(kPhotoTruth_s), "--size", "1440x2560", "--seed", "41", "--out", file},
-        kEnough_s);
-    EXPECT_EQ(taken.exit_code, 0) << taken.standard_error;
+    EXPECT_THAT(shop_.Run({"sim", "photo", run + "/pattern.gcode", "--pressure-advance",
+                           std::to_string(kPhotoTruth_s), "--size", "1440x2560", "--seed", "41",
+                           "--out", file},
+                          kEnough_s),
+                Ends(0));
     const auto bytes = files::ReadWholeFile(file, kMaxBytes);
     return bytes ? *bytes : std::string();
   }
@@ -80,11 +80,10 @@ class PhotoPath : public testing::Test {
   void ExpectTruth(const std::string& folder, const std::vector<std::string>& more = {}) {
     std::vector<std::string> words = {"pa", "photo", "--out", folder};
     words.insert(words.end(), more.begin(), more.end());
-    const ProcessEnd measured = Run(words);
-    ASSERT_EQ(measured.exit_code, 0) << measured.standard_error << measured.standard_output;
-    const auto kept = files::ReadWholeFile(shop_.folder() / folder / "result.json", kMaxBytes);
-    ASSERT_TRUE(kept);
-    const json answer = json::parse(*kept)["answers"][0];
+    ASSERT_THAT(Run(words), Ends(0));
+    const auto kept =
+        Must(files::ReadWholeFile(shop_.folder() / folder / "result.json", kMaxBytes));
+    const json answer = json::parse(kept)["answers"][0];
     EXPECT_LE(answer["interval95"][0], kPhotoTruth_s) << answer;
     EXPECT_GE(answer["interval95"][1], kPhotoTruth_s) << answer;
   }
@@ -93,95 +92,71 @@ class PhotoPath : public testing::Test {
 };
 
 TEST_F(PhotoPath, APatternIsPrintedAndMeasuredWithoutALaser) {
-  const ProcessEnd none = Run({"pa", "photo"});
-  EXPECT_EQ(none.exit_code, 1);
-  EXPECT_THAT(none.standard_error, HasSubstr("there is no photo in the folder trammel"));
+  EXPECT_THAT(Run({"pa", "photo"}), Fails(1, "there is no photo in the folder trammel"));
   Upload("last week.jpg", "of another pattern");
-  const ProcessEnd printed =
+  ASSERT_THAT(
       Run({"pa", "print", "--photo", "--filament", "Generic PLA", "--out", "printed", "--set",
            "pressure_advances=[0, 0.004, 0.008, 0.012, 0.016, 0.02, 0.024, 0.028, 0.032, 0.036, "
-           "0.04, 0.044, 0.048, 0.052, 0.056, 0.06, 0.064, 0.068, 0.072, 0.076, 0.08]"});
-  ASSERT_EQ(printed.exit_code, 0) << printed.standard_error;
-  EXPECT_THAT(printed.standard_output, HasSubstr("pa analyze PHOTO --plan"));
+           "0.04, 0.044, 0.048, 0.052, 0.056, 0.06, 0.064, 0.068, 0.072, 0.076, 0.08]"}),
+      Prints(0, "pa analyze PHOTO --plan"));
   const PrinterLook look = shop_.Look();
   EXPECT_EQ(look.bed_target_c, 0);  // nothing has to hold it
   EXPECT_EQ(look.nozzle_target_c, 0);
   EXPECT_EQ(look.state, "ready");
 
-  const ProcessEnd old = Run({"pa", "photo"});
-  EXPECT_EQ(old.exit_code, 1);
-  EXPECT_THAT(old.standard_error,
-              AllOf(HasSubstr("last week.jpg, the newest photo there, is of 20"),
-                    HasSubstr("the pattern's print ended 20"), HasSubstr("FILE=")));
+  EXPECT_THAT(Run({"pa", "photo"}), Fails(1, "last week.jpg, the newest photo there, is of 20",
+                                          "the pattern's print ended 20", "FILE="));
   // Somebody vouches for it.
-  const ProcessEnd named = Run({"pa", "photo", "--file", "last week.jpg"});
-  EXPECT_THAT(named.standard_error, Not(HasSubstr("is of 20")));
+  EXPECT_THAT(Run({"pa", "photo", "--file", "last week.jpg"}).standard_error,
+              Not(HasSubstr("is of 20")));
 
   const std::string photo = PhotoOf("printed");
   Upload("IMG 1.jpg", photo);
   // Neither of these is a photo, and both are newer.
   Upload("notes.txt", "21 lines");
   Upload("pressure_advance-20260102T030405Z.png", "a result's picture");
-  const ProcessEnd other = Run({"pa", "photo", "--filament", "petg"});
-  EXPECT_EQ(other.exit_code, 1);
-  EXPECT_THAT(other.standard_error, HasSubstr("printed for the filament 'Generic PLA'"));
+  EXPECT_THAT(Run({"pa", "photo", "--filament", "petg"}),
+              Fails(1, "printed for the filament 'Generic PLA'"));
   ExpectTruth("recordings/measured", {"--filament", "generic_pla"});
   const auto kept =
-      files::ReadWholeFile(shop_.folder() / "recordings/measured/photo.jpg", kMaxBytes);
-  ASSERT_TRUE(kept);
-  EXPECT_EQ(*kept, photo);
+      Must(files::ReadWholeFile(shop_.folder() / "recordings/measured/photo.jpg", kMaxBytes));
+  EXPECT_EQ(kept, photo);
 
-  const ProcessEnd again = Run({"pa", "photo"});
-  EXPECT_EQ(again.exit_code, 1);
-  EXPECT_THAT(again.standard_error, HasSubstr("was measured before"));
+  EXPECT_THAT(Run({"pa", "photo"}), Fails(1, "was measured before"));
   ExpectTruth("recordings/again", {"--file", "IMG 1.jpg"});
   // Its values are only in its plan.
   std::filesystem::rename(shop_.folder() / "printed", shop_.folder() / "elsewhere");
-  const ProcessEnd lost = Run({"pa", "photo", "--file", "IMG 1.jpg"});
-  EXPECT_EQ(lost.exit_code, 1);
-  EXPECT_THAT(lost.standard_error, HasSubstr("the plan of the pattern that was printed"));
+  EXPECT_THAT(Run({"pa", "photo", "--file", "IMG 1.jpg"}),
+              Fails(1, "the plan of the pattern that was printed"));
 
-  const ProcessEnd applied = Run({"pa", "apply", "recordings/measured"});
-  EXPECT_EQ(applied.exit_code, 0) << applied.standard_error;
+  EXPECT_THAT(Run({"pa", "apply", "recordings/measured"}), Ends(0));
   EXPECT_NEAR(shop_.Look().settings.at("pressure advance"), kPhotoTruth_s, 0.005);
 }
 
 // Nothing is noted, so that nobody knows its values: the plan is named, or lies beside the photo.
 TEST_F(PhotoPath, APatternThatSomebodyPrintedByHandIsMeasuredByItsPlanAlone) {
-  const ProcessEnd written =
-      shop_.Run({"pa", "pattern", "--photo", "--pa", "0:0.08:0.004", "--out", "pattern.gcode"});
-  ASSERT_EQ(written.exit_code, 0) << written.standard_error;
+  ASSERT_THAT(
+      shop_.Run({"pa", "pattern", "--photo", "--pa", "0:0.08:0.004", "--out", "pattern.gcode"}),
+      Ends(0));
   Upload("by hand.jpg", PhotoOf("."));
-  const ProcessEnd guessed = Run({"pa", "photo", "--out", "recordings/guessed"});
-  EXPECT_EQ(guessed.exit_code, 1);
-  EXPECT_THAT(guessed.standard_error,
-              AllOf(HasSubstr("cannot tell which values"), HasSubstr("--plan")));
-  const ProcessEnd named =
-      Run({"pa", "photo", "--plan", "pattern.plan.json", "--out", "recordings/by-hand"});
-  ASSERT_EQ(named.exit_code, 0) << named.standard_error;
-  const auto plan = files::ReadWholeFile(shop_.folder() / "pattern.plan.json", kMaxBytes);
-  ASSERT_TRUE(plan);
-  Upload("pattern.plan.json", *plan);
-  const ProcessEnd measured =
-      Run({"pa", "photo", "--file", "by hand.jpg", "--out", "recordings/beside"});
-  ASSERT_EQ(measured.exit_code, 0) << measured.standard_error;
-  EXPECT_THAT(measured.standard_output,
-              AllOf(HasSubstr("from 0 to 0.08 s"), HasSubstr("pattern.plan.json, beside it")));
+  EXPECT_THAT(Run({"pa", "photo", "--out", "recordings/guessed"}),
+              Fails(1, "cannot tell which values", "--plan"));
+  ASSERT_THAT(Run({"pa", "photo", "--plan", "pattern.plan.json", "--out", "recordings/by-hand"}),
+              Ends(0));
+  const auto plan = Must(files::ReadWholeFile(shop_.folder() / "pattern.plan.json", kMaxBytes));
+  Upload("pattern.plan.json", plan);
+  ASSERT_THAT(Run({"pa", "photo", "--file", "by hand.jpg", "--out", "recordings/beside"}),
+              Prints(0, "from 0 to 0.08 s", "pattern.plan.json, beside it"));
 }
 
 TEST_F(PhotoPath, WhatIsNoPhotoOfThePatternIsRefusedByItsCause) {
   Upload("broken.jpg", "\xFF\xD8\xFF no more");
-  const ProcessEnd unplanned = Run({"pa", "photo"});
-  EXPECT_EQ(unplanned.exit_code, 1);
-  EXPECT_THAT(unplanned.standard_error, HasSubstr("cannot tell which values the lines"));
+  EXPECT_THAT(Run({"pa", "photo"}), Fails(1, "cannot tell which values the lines"));
   ASSERT_EQ(shop_.Run({"pa", "pattern", "--photo", "--out", "pattern.gcode"}).exit_code, 0);
-  const ProcessEnd broken = Run({"pa", "photo", "--plan", "pattern.plan.json"});
-  EXPECT_EQ(broken.exit_code, 1) << broken.standard_output;
-  EXPECT_THAT(broken.standard_error, HasSubstr("photo.jpg"));
+  EXPECT_THAT(Run({"pa", "photo", "--plan", "pattern.plan.json"}), Fails(1, "photo.jpg"));
   for (const char* name : {"../printer.cfg", "printer.cfg", "away.jpg", "a/b.jpg"}) {
     const ProcessEnd refused = Run({"pa", "photo", "--file", name});
-    EXPECT_EQ(refused.exit_code, 1) << name;
-    EXPECT_THAT(refused.standard_error, HasSubstr(name));
+    EXPECT_THAT(refused, Fails(1, name)) << name;
     EXPECT_THAT(refused.standard_output, IsEmpty());
   }
   Upload("folder.jpg/inside.txt", "no photo");
@@ -192,32 +167,15 @@ TEST_F(PhotoPath, WhatIsNoPhotoOfThePatternIsRefusedByItsCause) {
     constexpr double kYear2100_s = 4.1e9;
     klipper.StoreConfigFile("trammel/two\nlines\".jpg", "a photo", kYear2100_s);
   });
-  const ProcessEnd odd = Run({"pa", "photo"});
-  EXPECT_EQ(odd.exit_code, 1);
-  EXPECT_THAT(odd.standard_error,
-              AllOf(HasSubstr("two?lines?.jpg: a file with"), HasSubstr("rename it")));
-}
-
-// Counts the lines with this text that the printer read.
-int TimesRead(const sim::VirtualKlipper& klipper, const std::string& text) {
-  int times = 0;
-  for (const sim::ReadLine& line : klipper.history().lines) {
-    times += line.text.find(text) != std::string::npos;
-  }
-  return times;
+  EXPECT_THAT(Run({"pa", "photo"}), Fails(1, "two?lines?.jpg: a file with", "rename it"));
 }
 
 TEST_F(PhotoPath, AServiceLeadsFromThePatternToTheAnswer) {
-  TrammelProcess service({"serve", "--printer", shop_.address()}, shop_.folder());
-  shop_.WaitUntil(
-      [&](sim::VirtualKlipper&) {
-        return service.StandardErrorSoFar().find("serving") != std::string::npos;
-      },
-      "it served", service);
+  const auto service = shop_.Serve();
   const auto ask = [&](const std::string& macro, const std::string& answer) {
     shop_.Script(macro);
     shop_.WaitUntil([&](sim::VirtualKlipper& klipper) { return TimesRead(klipper, answer) > 0; },
-                    "the printer was told: " + answer, service, kEnough_s);
+                    "the printer was told: " + answer, *service, kEnough_s);
   };
   ask("TRAMMEL_PA_PATTERN FILAMENT=\"Generic PLA\"", " MSG=\"Is the bed empty?");
   shop_.Confirm();
@@ -225,7 +183,7 @@ TEST_F(PhotoPath, AServiceLeadsFromThePatternToTheAnswer) {
       [](sim::VirtualKlipper& klipper) {
         return TimesRead(klipper, "TRAMMEL_ASK BUTTONS=photo FILAMENT=generic_pla ") > 0;
       },
-      "the pattern was printed", service, kEnough_s);
+      "the pattern was printed", *service, kEnough_s);
   EXPECT_EQ(shop_.Look().bed_target_c, 0);
   ask("TRAMMEL_PA_PHOTO", "no calibration: there is no photo in the folder trammel");
   std::string run;
@@ -238,8 +196,8 @@ TEST_F(PhotoPath, AServiceLeadsFromThePatternToTheAnswer) {
   ask("TRAMMEL_PA_PHOTO", "BUTTONS=use");  // the printed pattern is recorded
   ask("TRAMMEL_APPLY", "kept for generic_pla on extruder/0.40");
   EXPECT_NEAR(shop_.Look().settings.at("pressure advance"), kPhotoTruth_s, 0.005);
-  service.Send(SIGTERM);
-  EXPECT_EQ(service.Wait(kEnough_s).exit_code, 0);
+  service->Send(SIGTERM);
+  EXPECT_EQ(service->Wait(kEnough_s).exit_code, 0);
 }
 
 }  // namespace

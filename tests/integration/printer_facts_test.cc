@@ -9,22 +9,16 @@
 #include <vector>
 
 #include "machine_shop.h"
+#include "support/matchers.h"
 
 namespace trammel::test {
 namespace {
 
-using ::testing::AllOf;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 using ::testing::Not;
 
 constexpr int kRefusedForSafety = 4;
-
-ShopOptions WithoutCamera() {
-  ShopOptions options;
-  options.with_camera = false;
-  return options;
-}
 
 class PrinterFacts : public ::testing::Test {
  protected:
@@ -37,9 +31,7 @@ class PrinterFacts : public ::testing::Test {
   /// Checks that the command ends before any heating, motion or change, for this cause.
   void ExpectRefused(const std::vector<std::string>& words, const std::string& cause) const {
     const PrinterLook before = shop_.Look();
-    const ProcessEnd end = Run(words);
-    EXPECT_EQ(end.exit_code, kRefusedForSafety) << words[1] << ": " << end.standard_error;
-    EXPECT_THAT(end.standard_error, HasSubstr(cause)) << words[1];
+    EXPECT_THAT(Run(words), Fails(kRefusedForSafety, cause)) << words[1];
     const PrinterLook after = shop_.Look();
     EXPECT_THAT(NotAsItWas(before, after), IsEmpty()) << words[1];
     EXPECT_EQ(after.nozzle_target_c, 0) << words[1];
@@ -61,8 +53,7 @@ TEST_F(PrinterFacts, ALoweredSpeedLimitIsRefusedByAllThatPrintBeforeAnythingHeat
   for (const auto& words : AllThatPrint()) {
     ExpectRefused(words, "the printer's max_velocity is 40 mm/s, and the pattern prints at");
   }
-  const ProcessEnd doctor = Run({"doctor", "--material", "pla"});
-  EXPECT_THAT(doctor.standard_output, HasSubstr("FIX  limits"));
+  EXPECT_THAT(Run({"doctor", "--material", "pla"}).standard_output, HasSubstr("FIX  limits"));
 }
 
 class PhoneOwner : public PrinterFacts {
@@ -77,13 +68,11 @@ class PhoneOwner : public PrinterFacts {
 };
 
 TEST_F(PhoneOwner, NeedsNeitherLaserNorCamera) {
-  const ProcessEnd doctor = Run({"doctor", "--material", "pla"});
-  EXPECT_EQ(doctor.exit_code, 0) << doctor.standard_output << doctor.standard_error;
-  EXPECT_THAT(doctor.standard_output,
-              AllOf(HasSubstr("tip  camera"), HasSubstr("tip  [scan] laser_on_gcode"),
-                    HasSubstr("trammel pa print --photo")));
-  const ProcessEnd asked = Run({"doctor", "--material", "pla", "--set", "camera.url=/dev/video9"});
-  EXPECT_THAT(asked.standard_output, HasSubstr("FIX  camera"));
+  EXPECT_THAT(Run({"doctor", "--material", "pla"}),
+              Prints(0, "tip  camera", "tip  [scan] laser_on_gcode", "trammel pa print --photo"));
+  EXPECT_THAT(
+      Run({"doctor", "--material", "pla", "--set", "camera.url=/dev/video9"}).standard_output,
+      HasSubstr("FIX  camera"));
 }
 
 class ThickFilament : public PrinterFacts {
@@ -99,14 +88,10 @@ class ThickFilament : public PrinterFacts {
 
 TEST_F(ThickFilament, FilamentNozzleAndLinesAreThePrintersOwn) {
   const ProcessEnd dry = Run({"pa", "calibrate", "--dry-run", "--material", "pla"});
-  ASSERT_EQ(dry.exit_code, 0) << dry.standard_error;
-  EXPECT_THAT(dry.standard_output,
-              AllOf(HasSubstr("; bead 0.7425 x 0.25 mm"), HasSubstr("of 2.85 mm filament per mm")));
-  EXPECT_THAT(dry.standard_error,
-              AllOf(HasSubstr("filament of 2.85 mm"), HasSubstr("nozzle of 0.6 mm")));
-  const ProcessEnd doctor = Run({"doctor", "--material", "pla"});
-  EXPECT_THAT(doctor.standard_output, AllOf(HasSubstr(" 2.85 mm\n"), HasSubstr(" 0.6 mm\n"),
-                                            Not(HasSubstr("FIX  filament"))));
+  ASSERT_THAT(dry, Prints(0, "; bead 0.7425 x 0.25 mm", "of 2.85 mm filament per mm"));
+  EXPECT_THAT(dry.standard_error, Containing("filament of 2.85 mm", "nozzle of 0.6 mm"));
+  EXPECT_THAT(Run({"doctor", "--material", "pla"}).standard_output,
+              Containing(" 2.85 mm\n", " 0.6 mm\n", Not(HasSubstr("FIX  filament"))));
 }
 
 class Delta : public PrinterFacts {
@@ -123,38 +108,30 @@ class Delta : public PrinterFacts {
 
 TEST_F(Delta, ItsBedIsRoundAndTheNozzleWaitsWithinTheCircle) {
   const ProcessEnd dry = Run({"pa", "print", "--photo", "--dry-run", "--material", "pla"});
-  ASSERT_EQ(dry.exit_code, 0) << dry.standard_error;
-  EXPECT_THAT(dry.standard_error, HasSubstr("bed_shape = \"ellipse\" (kinematics delta)"));
-  EXPECT_THAT(dry.standard_output, HasSubstr("Y-115"));
-  EXPECT_THAT(dry.standard_output, Not(HasSubstr("X-115")));
+  ASSERT_THAT(dry, Notes("bed_shape = \"ellipse\" (kinematics delta)"));
+  EXPECT_THAT(dry.standard_output, Containing("Y-115", Not(HasSubstr("X-115"))));
   ExpectRefused({"pa", "print", "--photo", "--material", "pla", "--set", "bed_shape=rectangle"},
                 "set bed_shape = \"ellipse\"");
 }
 
 TEST_F(Delta, ItsSettingsAreWrittenAsItStatesThemAndNothingIsOverwritten) {
-  const ProcessEnd written = Run({"config", "init", "delta.toml", "--material", "petg"});
-  ASSERT_EQ(written.exit_code, 0) << written.standard_error;
-  EXPECT_THAT(written.standard_output, HasSubstr("trammel doctor --config delta.toml"));
+  ASSERT_THAT(Run({"config", "init", "delta.toml", "--material", "petg"}),
+              Prints(0, "trammel doctor --config delta.toml"));
   const std::string text = ReadWhole(shop_.folder() / "delta.toml");
-  EXPECT_THAT(text, HasSubstr("\nbed_shape = \"ellipse\"\n"));
-  EXPECT_THAT(text, HasSubstr("\nbed_size_x = 240\n"));
-  EXPECT_THAT(text, HasSubstr("\nmaterial = 'petg'\n"));
-  EXPECT_THAT(text, HasSubstr("\naddress = '" + shop_.address() + "'\n"));
-  EXPECT_THAT(text, Not(HasSubstr("filament_diameter")));  // the default's
+  EXPECT_THAT(text, Containing("\nbed_shape = \"ellipse\"\n", "\nbed_size_x = 240\n",
+                               "\nmaterial = 'petg'\n", "\naddress = '" + shop_.address() + "'\n",
+                               Not(HasSubstr("filament_diameter"))));  // the default's
   std::istringstream lines(text);
   std::string before;
   for (std::string line; std::getline(lines, line); before = line) {
     const bool sets = !line.empty() && line.front() != '#' && line.front() != '[';
     EXPECT_TRUE(!sets || before.starts_with("# ")) << line;
   }
-  const ProcessEnd again = Run({"config", "init", "delta.toml"});
-  EXPECT_EQ(again.exit_code, 1);
-  EXPECT_THAT(again.standard_error, HasSubstr("delta.toml"));
+  EXPECT_THAT(Run({"config", "init", "delta.toml"}), Fails(1, "delta.toml"));
   EXPECT_EQ(ReadWhole(shop_.folder() / "delta.toml"), text);
   // A printer that is not there states nothing.
-  const ProcessEnd nobody = shop_.Run({"config", "init", "none.toml", "--printer", "127.0.0.1:1"});
-  EXPECT_EQ(nobody.exit_code, 3);
-  EXPECT_THAT(nobody.standard_error, HasSubstr("127.0.0.1:1"));
+  EXPECT_THAT(shop_.Run({"config", "init", "none.toml", "--printer", "127.0.0.1:1"}),
+              Fails(3, "127.0.0.1:1"));
   EXPECT_FALSE(std::filesystem::exists(shop_.folder() / "none.toml"));
 }
 
@@ -184,10 +161,10 @@ TEST_F(TwoMotors, OnOneFilamentBothAreSetAndNamed) {
   EXPECT_EQ(Advance_s("extruder_stepper belted"), 0.0421);
   EXPECT_THAT(applied.standard_output,
               HasSubstr("add to [extruder] and [extruder_stepper belted] in printer.cfg"));
-  const ProcessEnd dry = Run({"pa", "calibrate", "--dry-run", "--material", "pla"});
-  EXPECT_THAT(dry.standard_output, HasSubstr("SET_PRESSURE_ADVANCE EXTRUDER=belted ADVANCE="));
-  const ProcessEnd doctor = Run({"doctor", "--material", "pla"});
-  EXPECT_THAT(doctor.standard_output, HasSubstr("acts on extruder and extruder_stepper belted"));
+  EXPECT_THAT(Run({"pa", "calibrate", "--dry-run", "--material", "pla"}).standard_output,
+              HasSubstr("SET_PRESSURE_ADVANCE EXTRUDER=belted ADVANCE="));
+  EXPECT_THAT(Run({"doctor", "--material", "pla"}).standard_output,
+              HasSubstr("acts on extruder and extruder_stepper belted"));
 }
 
 TEST_F(TwoMotors, UndoGivesEachItsOwnOldValueAndNamesIt) {
@@ -198,11 +175,11 @@ TEST_F(TwoMotors, UndoGivesEachItsOwnOldValueAndNamesIt) {
   ASSERT_EQ(undone.exit_code, 0) << undone.standard_error;
   EXPECT_EQ(Advance_s("extruder"), 0.031);
   EXPECT_EQ(Advance_s("extruder_stepper belted"), 0.012);
-  EXPECT_THAT(undone.standard_output, HasSubstr("0.0421  ->  0.0310 s on extruder\n"));
   EXPECT_THAT(undone.standard_output,
-              HasSubstr("0.0421  ->  0.0120 s on extruder_stepper belted\n"));
-  EXPECT_THAT(undone.standard_output, HasSubstr("[extruder_stepper belted] in printer.cfg:  "
-                                                "pressure_advance: 0.0120"));
+              Containing("0.0421  ->  0.0310 s on extruder\n",
+                         "0.0421  ->  0.0120 s on extruder_stepper belted\n",
+                         "[extruder_stepper belted] in printer.cfg:  "
+                         "pressure_advance: 0.0120"));
   EXPECT_EQ(Run({"pa", "apply", "--undo"}).exit_code, 1);  // it was taken back
 }
 
@@ -223,8 +200,7 @@ TEST_F(OldKlipper, MayAccelerateAllTheWayWhileItPrintsAndIsAsItWasAfterwards) {
   shop_.WaitUntilPrinting(*run);
   shop_.With(
       [](sim::VirtualKlipper& klipper) { EXPECT_LT(klipper.settings.minimum_cruise_ratio, 1e-6); });
-  const ProcessEnd end = run->Wait(240);
-  EXPECT_EQ(end.exit_code, 0) << end.standard_error;
+  EXPECT_THAT(run->Wait(240), Ends(0));
   EXPECT_THAT(shop_.Faulty(before), IsEmpty());
 }
 

@@ -41,15 +41,7 @@ class Serve : public testing::Test {
     Launch();
     OpenPanel();
   }
-  void Launch() {
-    process_ = std::make_unique<TrammelProcess>(
-        std::vector<std::string>{"serve", "--printer", shop_->address()}, shop_->folder());
-    shop_->WaitUntil(
-        [this](sim::VirtualKlipper&) {
-          return process_->StandardErrorSoFar().find("serving") != std::string::npos;
-        },
-        "it served", *process_);
-  }
+  void Launch() { process_ = shop_->Serve(); }
   void OpenPanel() {
     panel_ = std::make_unique<sim::TestClient>(shop_->server().port());
     (void)panel_->Call(

@@ -9,12 +9,12 @@
 #include <vector>
 
 #include "machine_shop.h"
+#include "support/matchers.h"
 #include "support/scripted_http.h"
 
 namespace trammel::test {
 namespace {
 
-using ::testing::AllOf;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 using ::testing::Not;
@@ -36,11 +36,7 @@ ShopOptions StartingForever() {
 
 ProcessEnd StopAt(const std::string& words, int signal, const MachineShop& shop,
                   TrammelProcess& process) {
-  shop.WaitUntil(
-      [&](sim::VirtualKlipper&) {
-        return process.StandardErrorSoFar().find(words) != std::string::npos;
-      },
-      "it said: " + words, process);
+  shop.WaitUntilSaid(words, process);
   process.Send(signal);
   return process.Wait(kEnough_s);
 }
@@ -48,10 +44,9 @@ ProcessEnd StopAt(const std::string& words, int signal, const MachineShop& shop,
 TEST(Stop, WhileKlipperStartsIsAStopAndNoFaultOfThePrinter) {
   for (const int signal : {SIGINT, SIGTERM, SIGHUP}) {
     const MachineShop shop(StartingForever());
-    const ProcessEnd end =
-        StopAt("waiting for the printer to start", signal, shop, *shop.Calibrate());
-    EXPECT_EQ(end.exit_code, kInterrupted) << "signal " << signal << ": " << end.standard_error;
-    EXPECT_THAT(end.standard_error, HasSubstr("stopped"));
+    EXPECT_THAT(StopAt("waiting for the printer to start", signal, shop, *shop.Calibrate()),
+                Fails(kInterrupted, "stopped"))
+        << "signal " << signal;
     EXPECT_FALSE(std::filesystem::exists(shop.folder() / "rec"));
   }
 }
@@ -59,10 +54,9 @@ TEST(Stop, WhileKlipperStartsIsAStopAndNoFaultOfThePrinter) {
 TEST(Stop, OfADoctorAccusesNobody) {
   const MachineShop shop(StartingForever());
   TrammelProcess process({"doctor", "--printer", shop.address()}, shop.folder());
-  const ProcessEnd end = StopAt("waiting for the printer to start", SIGINT, shop, process);
-  EXPECT_EQ(end.exit_code, kInterrupted) << end.standard_error;
-  EXPECT_THAT(end.standard_output, AllOf(HasSubstr("---  printer"), Not(HasSubstr("FIX  printer")),
-                                         Not(HasSubstr("FIX  camera"))));
+  EXPECT_THAT(StopAt("waiting for the printer to start", SIGINT, shop, process),
+              Prints(kInterrupted, "---  printer", Not(HasSubstr("FIX  printer")),
+                     Not(HasSubstr("FIX  camera"))));
 }
 
 TEST(Stop, WhileItConnectsIsAStop) {
@@ -74,9 +68,7 @@ TEST(Stop, WhileItConnectsIsAStop) {
   shop.WaitUntil([&](sim::VirtualKlipper&) { return !silent->requests().empty(); },
                  "the server was asked", process);
   process.Send(SIGHUP);
-  const ProcessEnd end = process.Wait(kEnough_s);
-  EXPECT_EQ(end.exit_code, kInterrupted) << end.standard_error;
-  EXPECT_THAT(end.standard_error, HasSubstr("stopped while connecting"));
+  EXPECT_THAT(process.Wait(kEnough_s), Fails(kInterrupted, "stopped while connecting"));
 }
 
 TEST(Stop, WhileTheCameraIsOpenedIsAStopAndLeavesThePrinterAsItWas) {
@@ -85,9 +77,8 @@ TEST(Stop, WhileTheCameraIsOpenedIsAStopAndLeavesThePrinterAsItWas) {
   options.config["camera"] = "url = \"" + silent->Url("/stream") + "\"\n";
   const MachineShop shop(options);
   const PrinterLook before = shop.Look();
-  const ProcessEnd end = StopAt("looking at the camera", SIGTERM, shop, *shop.Calibrate());
-  EXPECT_EQ(end.exit_code, kInterrupted) << end.standard_error;
-  EXPECT_THAT(end.standard_error, HasSubstr("stopped"));
+  EXPECT_THAT(StopAt("looking at the camera", SIGTERM, shop, *shop.Calibrate()),
+              Fails(kInterrupted, "stopped"));
   EXPECT_THAT(shop.Faulty(before), IsEmpty());
 }
 

@@ -12,19 +12,17 @@
 #include <thread>
 
 #include "machine_shop.h"
+#include "support/matchers.h"
 
 namespace trammel::test {
 namespace {
-
-using ::testing::HasSubstr;
 
 constexpr double kMacroWaits_s = 5;    // tap_answer_seconds of klipper/trammel.cfg
 constexpr double kAnswerWithin_s = 3;  // tap watch's own limit
 
 ShopOptions WithLoadCell() {
-  ShopOptions options;
+  ShopOptions options = WithoutCamera();
   options.hurry = 1;
-  options.with_camera = false;
   sim::LoadCellConfig cell;
   cell.cell = *sim::CellByName("reference");
   cell.surface_z_mm = -0.1;
@@ -54,11 +52,7 @@ class TapAnswer : public testing::Test {
         std::vector<std::string>{"tap", "watch", "--answer", "--printer", shop_->address(), "--out",
                                  "taps.jsonl"},
         shop_->folder());
-    shop_->WaitUntil(
-        [this](sim::VirtualKlipper&) {
-          return process_->StandardErrorSoFar().find("watching for taps") != std::string::npos;
-        },
-        "it watched", *process_);
+    shop_->WaitUntilSaid("watching for taps", *process_);
   }
 
   /// Taps, and @returns what the macro was told, once it was.
@@ -101,11 +95,7 @@ class TapAnswer : public testing::Test {
   }
 
   void ExpectFailure(const std::string& because) const {
-    shop_->WaitUntil(
-        [&](sim::VirtualKlipper&) {
-          return process_->StandardErrorSoFar().find("no contact, " + because) != std::string::npos;
-        },
-        "the macro failed", *process_);
+    shop_->WaitUntilSaid("no contact, " + because, *process_);
   }
 
   std::unique_ptr<MachineShop> shop_;
@@ -117,9 +107,7 @@ TEST_F(TapAnswer, TheContactIsHandedBackInTime) {
   Watch();
   ExpectTheContact();
   process_->Send(SIGINT);
-  const ProcessEnd end = process_->Wait(30);
-  EXPECT_EQ(end.exit_code, 0) << end.standard_error;
-  EXPECT_THAT(end.standard_error, HasSubstr("after the macro asked"));
+  EXPECT_THAT(process_->Wait(30), Notes("after the macro asked"));
 }
 
 TEST_F(TapAnswer, SoIsThatOfAForkThatPullsBackByItself) {
@@ -151,10 +139,8 @@ TEST_F(TapAnswer, TapsInARowAreEachReportedOnceBesideThePrintersOwnHeight) {
   shop_->Script("PROBE_ACCURACY SAMPLES=3 PROBE_SPEED=2");  // lifts of 2 mm: no taps
   for (int i = 0; i < 3; ++i) ASSERT_NO_FATAL_FAILURE(ExpectTheContact());
   process_->Send(SIGINT);
-  const ProcessEnd end = process_->Wait(30);
-  EXPECT_EQ(end.exit_code, 0) << end.standard_error;
-  EXPECT_THAT(end.standard_output, HasSubstr("taps              3, 3 good"));
-  EXPECT_THAT(end.standard_output, HasSubstr("mm) in the mean over 3 taps"));
+  EXPECT_THAT(process_->Wait(30),
+              Prints(0, "taps              3, 3 good", "mm) in the mean over 3 taps"));
 }
 
 TEST_F(TapAnswer, WithoutAProbeTheMacroIsToldThatNoTapCame) {
