@@ -22,7 +22,6 @@ namespace {
 
 constexpr int kLongestSearched_px = 1000;  // of the shrunk picture that is searched
 constexpr std::size_t kFewestStrokes = 5;
-constexpr std::size_t kMaxFound = 8;
 
 // Parameters of one search in the picture.
 struct Look {
@@ -312,6 +311,18 @@ std::optional<PointPx> OnSide(const Family& family, double x_side, double place)
   return point;
 }
 
+// Returns the pencil after x_old = m (x_new, y_new, 1), with place 0 moved to `place`.
+LinePencil Transformed(const LinePencil& pencil, const cv::Matx23d& m, double place) {
+  const auto moved = [&m](const std::array<double, 3>& line) {
+    return std::array<double, 3>{line[0] * m(0, 0) + line[1] * m(1, 0),
+                                 line[0] * m(0, 1) + line[1] * m(1, 1),
+                                 line[0] * m(0, 2) + line[1] * m(1, 2) + line[2]};
+  };
+  LinePencil result{moved(pencil.first), moved(pencil.step)};
+  for (std::size_t i = 0; i < 3; ++i) result.first[i] += place * result.step[i];
+  return result;
+}
+
 std::optional<FoundComb> ToComb(const Family& family, const TurnedGrid& turned) {
   const int first = family.strength.begin()->first, last = family.strength.rbegin()->first;
   const double reach = kBesideComb * (family.right_px - family.left_px);
@@ -321,6 +332,9 @@ std::optional<FoundComb> ToComb(const Family& family, const TurnedGrid& turned) 
   FoundComb comb;
   comb.places = last - first + 1;
   comb.weight = family.weight;
+  cv::Matx23d to_turned;
+  cv::invertAffineTransform(turned.from_turned, to_turned);
+  comb.pencil = Transformed(family.pencil, to_turned, first);
   const std::array<std::pair<double, double>, 4> sides{
       {{left, top}, {right, top}, {right, bottom}, {left, bottom}}};
   for (std::size_t i = 0; i < 4; ++i) {
@@ -343,7 +357,7 @@ double Apart_px(const Quad& a, const Quad& b) {
 }
 
 // Adds a comb unless a clearer one was found in the same place; the clearest first.
-void KeepBest(std::vector<FoundComb>& found, FoundComb comb) {
+void KeepBest(std::vector<FoundComb>& found, std::size_t most, FoundComb comb) {
   constexpr double kSame = 0.25;  // relative to a place
   const double place_px =
       Distance_px(comb.corners[1], comb.corners[2]) / (comb.places - 1 + 2 * kAroundComb);
@@ -363,12 +377,12 @@ void KeepBest(std::vector<FoundComb>& found, FoundComb comb) {
   if (comb.places > 0) found.push_back(comb);
   std::stable_sort(found.begin(), found.end(),
                    [](const FoundComb& a, const FoundComb& b) { return a.weight > b.weight; });
-  if (found.size() > kMaxFound) found.resize(kMaxFound);
+  if (found.size() > most) found.resize(most);
 }
 
 }  // namespace
 
-std::vector<FoundComb> FindCombs(const BgrView& photo) {
+std::vector<FoundComb> FindCombs(const BgrView& photo, std::size_t most) {
   TRAMMEL_CHECK(photo.width >= 16 && photo.height >= 16, "{} x {}", photo.width, photo.height);
   double scale = 1;
   Frame small = ShrinkToFit(photo, kLongestSearched_px, 1e18, scale);
@@ -394,14 +408,16 @@ std::vector<FoundComb> FindCombs(const BgrView& photo) {
           if (!family) continue;
           std::optional<FoundComb> comb = ToComb(*family, grid);
           if (!comb) continue;
-          if (found.size() == kMaxFound && comb->weight < found.back().weight) continue;
-          KeepBest(found, *comb);
+          if (found.size() == most && comb->weight < found.back().weight) continue;
+          KeepBest(found, most, *comb);
         }
       }
     }
   }
+  // Pixel centres have whole coordinates, so that scaling is about (-0.5, -0.5).
+  const double shift = (scale - 1) / 2;
   for (FoundComb& comb : found) {
-    // Pixel centres have whole coordinates, so that scaling is about (-0.5, -0.5).
+    comb.pencil = Transformed(comb.pencil, {scale, 0, shift, 0, scale, shift}, 0);
     for (PointPx& p : comb.corners) p = {(p.x + 0.5) / scale - 0.5, (p.y + 0.5) / scale - 0.5};
   }
   return found;

@@ -1,9 +1,11 @@
 // Finds equally spaced parallel strokes in a busy picture, even if partly hidden.
 #pragma once
 
+#include <cstddef>
 #include <vector>
 
 #include "base/frame.h"
+#include "vision/comb_strokes.h"
 #include "vision/image.h"
 
 namespace trammel::vision {
@@ -22,13 +24,14 @@ struct FoundComb {
   Quad corners;
   int places = 0;     ///< strokes and the empty places between them
   double weight = 0;  ///< length of the strokes times their contrast, less where irregular
+  LinePencil pencil;  ///< the strokes' lines in px of the photo; place 0 is the first stroke
 };
 
 /// Turns the picture along the directions in which most edges run, traces strokes in several colour
 /// channels, lighter and darker than their surroundings, and keeps those that one pencil of lines
 /// explains. Ends of the strokes, bars across them and the picture's border do not matter.
 /// @param photo  8-bit BGR. REQUIRES at least 16 px each way.
-/// @returns the eight clearest, the clearest first; empty where there is none.
-[[nodiscard]] std::vector<FoundComb> FindCombs(const BgrView& photo);
+/// @returns the `most` clearest, the clearest first; empty where there is none.
+[[nodiscard]] std::vector<FoundComb> FindCombs(const BgrView& photo, std::size_t most = 8);
 
 }  // namespace trammel::vision

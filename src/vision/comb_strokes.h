@@ -14,7 +14,7 @@ namespace trammel::vision {
 /// Pencil of image lines, each ax + by + c = 0 with (a, b, c) = first + place * step: the image of
 /// equal steps on the plane. `step` is the plane's horizon. Places need not be whole.
 struct LinePencil {
-  std::array<double, 3> first = {0, -1, 0};  ///< the line of place 0, b = -1
+  std::array<double, 3> first = {0, -1, 0};  ///< the line of place 0
   std::array<double, 3> step = {0, 0, 1};
 
   /// Returns y of a place's line at x; infinite or of the wrong sign beyond the horizon.

@@ -1,0 +1,489 @@
+#include "vision/chevron_finder.h"
+
+#include <Eigen/Core>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <complex>
+#include <numbers>
+#include <opencv2/core.hpp>
+#include <opencv2/imgproc.hpp>
+#include <utility>
+#include <vector>
+
+#include "base/statistics.h"
+#include "geometry/linear_systems.h"
+#include "vision/comb_finder.h"
+#include "vision/filament_contrast.h"
+
+namespace trammel::vision {
+namespace {
+
+constexpr int kLongestSearched_px = 1600;
+constexpr int kUnit_px = 20;  // of the rectified picture, per spacing
+constexpr int kFewestChevrons = 6;
+constexpr int kLargestExtent = 60;  // spacings
+
+cv::Matx33d Matrix(const Homography& homography) { return cv::Matx33d(homography.m.data()); }
+
+Homography FromMatrix(const cv::Matx33d& matrix) {
+  Homography result;
+  std::copy(matrix.val, matrix.val + 9, result.m.begin());
+  return result;
+}
+
+cv::Vec3d Vector(const std::array<double, 3>& line) { return {line[0], line[1], line[2]}; }
+
+PointPx Middle(const Quad& quad) {
+  return {(quad[0].x + quad[1].x + quad[2].x + quad[3].x) / 4,
+          (quad[0].y + quad[1].y + quad[2].y + quad[3].y) / 4};
+}
+
+// Returns the direction of a comb's strokes, rad modulo pi.
+double Direction(const FoundComb& comb) {
+  return std::atan2(comb.corners[1].y - comb.corners[0].y, comb.corners[1].x - comb.corners[0].x);
+}
+
+double Spacing_px(const FoundComb& comb) {
+  return Distance_px(comb.corners[1], comb.corners[2]) / (comb.places - 1 + 2 * kAroundComb);
+}
+
+// True if two combs may be the two arms of chevrons, seen at a slant.
+bool MayMeet(const FoundComb& a, const FoundComb& b) {
+  constexpr double kMinCross = 0.7;  // sine of the angle: 45 degrees off are too many
+  constexpr double kMaxRatio = 1.8;
+  const double ratio = Spacing_px(a) / Spacing_px(b);
+  return std::abs(std::sin(Direction(a) - Direction(b))) > kMinCross && ratio < kMaxRatio &&
+         ratio > 1 / kMaxRatio;
+}
+
+// Returns the plane's coordinates in which a stripe of a is x + y = k and one of b x - y = k.
+// Both pencils have the plane's horizon; its mean counts.
+std::optional<cv::Matx33d> PlaneFromPhoto(const FoundComb& a, const FoundComb& b) {
+  const PointPx pa = Middle(a.corners), pb = Middle(b.corners);
+  const cv::Vec3d middle{(pa.x + pb.x) / 2, (pa.y + pb.y) / 2, 1};
+  const cv::Vec3d sa = Vector(a.pencil.step), sb = Vector(b.pencil.step);
+  const double wa = sa.dot(middle), wb = sb.dot(middle);
+  if (wa == 0 || wb == 0) return std::nullopt;
+  const cv::Vec3d u = -Vector(a.pencil.first) / wa, v = -Vector(b.pencil.first) / wb;
+  const cv::Vec3d x = (u + v) / 2, y = (u - v) / 2, h = (sa / wa + sb / wb) / 2;
+  return cv::Matx33d(x[0], x[1], x[2], y[0], y[1], y[2], h[0], h[1], h[2]);
+}
+
+// Part of the plane, rectified at kUnit_px.
+struct Patch {
+  cv::Matx33d photo_from_patch;
+  std::vector<cv::Mat> contrasts;  // one per colour channel; float
+};
+
+std::optional<Patch> RectifyAround(const cv::Mat& photo, const cv::Matx33d& plane_from_photo,
+                                   const FoundComb& a, const FoundComb& b) {
+  double x0 = 1e9, x1 = -1e9, y0 = 1e9, y1 = -1e9;
+  for (const FoundComb* comb : {&a, &b}) {
+    for (const PointPx& corner : comb->corners) {
+      const double px = std::clamp<double>(corner.x, 0, photo.cols - 1);
+      const double py = std::clamp<double>(corner.y, 0, photo.rows - 1);
+      const cv::Vec3d at = plane_from_photo * cv::Vec3d(px, py, 1);
+      if (!(at[2] > 1e-9)) return std::nullopt;  // the horizon
+      x0 = std::min(x0, at[0] / at[2]);
+      x1 = std::max(x1, at[0] / at[2]);
+      y0 = std::min(y0, at[1] / at[2]);
+      y1 = std::max(y1, at[1] / at[2]);
+    }
+  }
+  if (x1 - x0 > kLargestExtent || y1 - y0 > kLargestExtent) return std::nullopt;
+  const cv::Size size(static_cast<int>((x1 - x0) * kUnit_px) + 1,
+                      static_cast<int>((y1 - y0) * kUnit_px) + 1);
+  const cv::Matx33d plane_from_patch(1.0 / kUnit_px, 0, x0, 0, 1.0 / kUnit_px, y0, 0, 0, 1);
+  Patch patch;
+  patch.photo_from_patch = plane_from_photo.inv() * plane_from_patch;
+  cv::Mat rectified;
+  cv::warpPerspective(photo, rectified, patch.photo_from_patch, size,
+                      cv::INTER_LINEAR | cv::WARP_INVERSE_MAP, cv::BORDER_REPLICATE);
+  for (const cv::Mat& channel : ColourChannels(rectified)) {
+    patch.contrasts.push_back(LocalContrast(channel, 1.0, 6 * kUnit_px + 1));
+  }
+  return patch;
+}
+
+// Row of a patch in which the stripes of both arms meet.
+struct Meeting {
+  double score = 0;
+  double y_px = 0;
+  double x_px = 0;    // an apex, modulo the spacing
+  bool right = true;  // they point to +x
+};
+
+// Compares each row's phase with that of chevrons around it.
+Meeting FindMeeting(const cv::Mat& contrast) {
+  constexpr int kReach_px = static_cast<int>(kChevronReach * kUnit_px);
+  std::vector<std::complex<double>> amplitude(static_cast<std::size_t>(contrast.rows));
+  std::vector<std::complex<double>> wave(kUnit_px);
+  for (int i = 0; i < kUnit_px; ++i) {
+    wave[i] = std::polar(1.0, -2 * std::numbers::pi * i / kUnit_px);
+  }
+  for (int y = 0; y < contrast.rows; ++y) {
+    const float* value = contrast.ptr<float>(y);
+    for (int x = 0; x < contrast.cols; ++x) {
+      amplitude[y] += std::clamp<double>(value[x], -2, 2) * wave[x % kUnit_px];
+    }
+  }
+  Meeting best;
+  for (const bool right : {true, false}) {
+    for (int y0 = kReach_px; y0 + kReach_px < contrast.rows; ++y0) {
+      std::complex<double> sum = 0;
+      for (int dy = -kReach_px; dy <= kReach_px; ++dy) {
+        const std::complex<double>& turn = wave[std::abs(dy) % kUnit_px];
+        sum += amplitude[y0 + dy] * (right ? turn : std::conj(turn));
+      }
+      if (std::abs(sum) <= best.score) continue;
+      const double x = -std::arg(sum) / (2 * std::numbers::pi) * kUnit_px;
+      best = {std::abs(sum), double(y0), x, right};
+    }
+  }
+  best.score /= (2.0 * kReach_px + 1) * kUnit_px;
+  return best;
+}
+
+// Chevrons of one patch, all turned to point to +x.
+struct Turned {
+  double score = 0;
+  cv::Matx33d photo_from_plane;
+};
+
+// Searches the patch along its rows and along its columns.
+Turned BestMeeting(const Patch& patch) {
+  Turned best;
+  for (const cv::Mat& contrast : patch.contrasts) {
+    for (const bool turned : {false, true}) {
+      const Meeting meeting = FindMeeting(turned ? cv::Mat(contrast.t()) : contrast);
+      if (meeting.score <= best.score) continue;
+      // Patch px of plane coordinates; the y axis keeps the picture unmirrored.
+      const double s = meeting.right ? kUnit_px : -kUnit_px;
+      cv::Matx33d patch_from_plane(s, 0, meeting.x_px, 0, s, meeting.y_px, 0, 0, 1);
+      if (turned) {
+        patch_from_plane = cv::Matx33d(0, -s, meeting.y_px, s, 0, meeting.x_px, 0, 0, 1);
+      }
+      best = {meeting.score, patch.photo_from_patch * patch_from_plane};
+    }
+  }
+  return best;
+}
+
+// Strip of the plane along the apexes, rectified; chevron k's apex lies at x_px = k unit + origin.
+struct Strip {
+  int first = 0;  // k of the leftmost apex that is looked at
+  int last = -1;
+  cv::Mat contrast;  // float; filament lighter or darker than plate
+  cv::Matx33d photo_from_strip;
+  double origin_x_px = 0, origin_y_px = 0;
+};
+
+// Range of k whose arms the photo shows.
+std::pair<int, int> Shown(const cv::Size& photo, const cv::Matx33d& photo_from_plane) {
+  const auto seen = [&](double x, double y) {
+    const cv::Vec3d at = photo_from_plane * cv::Vec3d(x, y, 1);
+    if (!(at[2] > 0)) return false;
+    const double px = at[0] / at[2], py = at[1] / at[2];
+    return px >= 0 && py >= 0 && px <= photo.width - 1 && py <= photo.height - 1;
+  };
+  const auto shown = [&](int k) {
+    return seen(k, 0) && seen(k - kChevronReach, kChevronReach) &&
+           seen(k - kChevronReach, -kChevronReach);
+  };
+  int first = 0, last = -1;
+  bool any = false;
+  for (int k = -kLargestExtent; k <= kLargestExtent; ++k) {
+    if (!shown(k)) continue;
+    if (!any) first = k;
+    last = k;
+    any = true;
+  }
+  return {first, last};
+}
+
+// Scales so that the third coordinate is positive at the apexes, and turns a mirrored y round.
+cv::Matx33d Normalised(cv::Matx33d matrix) {
+  if (matrix(2, 2) < 0) matrix *= -1.0;
+  return cv::determinant(matrix) < 0 ? matrix * cv::Matx33d(1, 0, 0, 0, -1, 0, 0, 0, 1) : matrix;
+}
+
+std::optional<Strip> StripOf(const cv::Mat& photo, const cv::Matx33d& photo_from_plane,
+                             std::size_t channel) {
+  const auto [first, last] = Shown(photo.size(), photo_from_plane);
+  if (last - first + 1 < kFewestChevrons) return std::nullopt;
+  Strip strip;
+  strip.first = first;
+  strip.last = last;
+  const double left = first - kChevronReach - 1, right = last + 1;
+  const cv::Size size(static_cast<int>((right - left) * kUnit_px) + 1,
+                      static_cast<int>(2 * (kChevronReach + 1) * kUnit_px) + 1);
+  strip.origin_x_px = -left * kUnit_px;
+  strip.origin_y_px = (kChevronReach + 1) * kUnit_px;
+  const double s = 1.0 / kUnit_px;
+  const cv::Matx33d plane_from_strip(s, 0, left, 0, s, -kChevronReach - 1, 0, 0, 1);
+  strip.photo_from_strip = photo_from_plane * plane_from_strip;
+  cv::Mat rectified;
+  cv::warpPerspective(photo, rectified, strip.photo_from_strip, size,
+                      cv::INTER_LINEAR | cv::WARP_INVERSE_MAP, cv::BORDER_REPLICATE);
+  const std::vector<cv::Mat> channels = ColourChannels(rectified);
+  if (channel >= channels.size()) return std::nullopt;
+  strip.contrast = LocalContrast(channels[channel], 1.0, 4 * kUnit_px + 1);
+  return strip;
+}
+
+// Place of a stripe's middle on one row: correlation with a wave of one spacing around it.
+struct StripeReading {
+  double x_px = 0;
+  double strength = 0;  // middle over the mean of both sides
+};
+
+StripeReading ReadStripe(const cv::Mat& contrast, int y, double x_px) {
+  // Phase over one spacing, linearly interpolated.
+  std::complex<double> sum = 0;
+  const float* value = contrast.ptr<float>(y);
+  for (int i = -kUnit_px / 2; i < kUnit_px / 2; ++i) {
+    const double x = x_px + i + 0.5;
+    const int at = static_cast<int>(std::floor(x));
+    if (at < 0 || at + 1 >= contrast.cols) return {};
+    const double v = value[at] + (x - at) * (value[at + 1] - value[at]);
+    sum += std::clamp(v, -2.0, 2.0) * std::polar(1.0, -2 * std::numbers::pi * (i + 0.5) / kUnit_px);
+  }
+  return {x_px - std::arg(sum) / (2 * std::numbers::pi) * kUnit_px, sum.real() / kUnit_px};
+}
+
+// Point of an arm's middle: where the model has it, and where the photo shows it.
+struct ArmPoint {
+  cv::Vec2d plane;
+  cv::Vec2d photo;
+};
+
+cv::Vec2d Project(const cv::Matx33d& matrix, double x, double y) {
+  const cv::Vec3d at = matrix * cv::Vec3d(x, y, 1);
+  return {at[0] / at[2], at[1] / at[2]};
+}
+
+// Reads each arm at several heights. `strength` is of each chevron of the strip, both arms' weaker.
+std::vector<ArmPoint> ReadArms(const Strip& strip, std::vector<double>& strength) {
+  std::vector<ArmPoint> points;
+  strength.clear();
+  for (int k = strip.first; k <= strip.last; ++k) {
+    std::array<double, 2> arm{};
+    std::vector<ArmPoint> own;
+    for (const int side : {0, 1}) {
+      std::vector<double> strengths;
+      for (double t = 0.9; t < kChevronReach; t += 0.2) {
+        const double y = (side == 0 ? -t : t);
+        const int row = static_cast<int>(std::lround(strip.origin_y_px + y * kUnit_px));
+        const double y_at = (row - strip.origin_y_px) / kUnit_px;
+        const double x = strip.origin_x_px + (k - std::abs(y_at)) * kUnit_px;
+        const StripeReading reading = ReadStripe(strip.contrast, row, x);
+        strengths.push_back(reading.strength);
+        own.push_back(
+            {{k - std::abs(y_at), y_at}, Project(strip.photo_from_strip, reading.x_px, row)});
+      }
+      arm[side] = Median(strengths);
+    }
+    strength.push_back(std::min(arm[0], arm[1]));
+    if (strength.back() > 0.15) points.insert(points.end(), own.begin(), own.end());
+  }
+  return points;
+}
+
+// Fits photo_from_plane by linear least squares, both sides scaled to about -1 … 1.
+std::optional<cv::Matx33d> FitHomography(const std::vector<ArmPoint>& points) {
+  if (points.size() < 12) return std::nullopt;
+  cv::Vec2d from = {0, 0}, to = {0, 0};
+  for (const ArmPoint& p : points) {
+    from += p.plane / double(points.size());
+    to += p.photo / double(points.size());
+  }
+  double from_size = 1e-9, to_size = 1e-9;
+  for (const ArmPoint& p : points) {
+    from_size = std::max(from_size, cv::norm(p.plane - from));
+    to_size = std::max(to_size, cv::norm(p.photo - to));
+  }
+  Eigen::MatrixXd a(2 * static_cast<Eigen::Index>(points.size()), 8);
+  Eigen::VectorXd b(a.rows());
+  for (Eigen::Index i = 0; i < a.rows() / 2; ++i) {
+    const cv::Vec2d p = (points[i].plane - from) / from_size, q = (points[i].photo - to) / to_size;
+    a.row(2 * i) << p[0], p[1], 1, 0, 0, 0, -q[0] * p[0], -q[0] * p[1];
+    a.row(2 * i + 1) << 0, 0, 0, p[0], p[1], 1, -q[1] * p[0], -q[1] * p[1];
+    b(2 * i) = q[0];
+    b(2 * i + 1) = q[1];
+  }
+  const auto h = geometry::SolveOfFullRank(a, b);
+  if (!h) return std::nullopt;
+  const Eigen::VectorXd& c = *h;
+  const cv::Matx33d scaled(c(0), c(1), c(2), c(3), c(4), c(5), c(6), c(7), 1);
+  const cv::Matx33d in(1 / from_size, 0, -from[0] / from_size, 0, 1 / from_size,
+                       -from[1] / from_size, 0, 0, 1);
+  const cv::Matx33d out(to_size, 0, to[0], 0, to_size, to[1], 0, 0, 1);
+  return out * scaled * in;
+}
+
+// Follows the chevrons from the strongest outwards, as long as they stand out.
+std::pair<int, int> Run(const std::vector<double>& strength) {
+  constexpr double kShare = 0.45;  // of the median of the strongest
+  std::vector<double> sorted = strength;
+  std::sort(sorted.rbegin(), sorted.rend());
+  const double usual = sorted[std::min<std::size_t>(sorted.size() - 1, kFewestChevrons / 2)];
+  const int n = static_cast<int>(strength.size());
+  std::pair<int, int> longest{0, -1};
+  for (int i = 0; i < n;) {
+    int end = i;
+    while (end < n && strength[end] > kShare * usual) ++end;
+    if (end - i > longest.second - longest.first + 1) longest = {i, end - 1};
+    i = end + 1;
+  }
+  return longest;
+}
+
+// Refines the homography and counts; tries each colour channel, lighter and darker stripes alike.
+std::optional<FoundChevrons> Refine(const cv::Mat& photo, cv::Matx33d photo_from_plane) {
+  std::optional<FoundChevrons> best;
+  double best_strength = 0;
+  const cv::Matx33d start = Normalised(photo_from_plane);
+  for (std::size_t channel = 0; channel < 5; ++channel) {
+    photo_from_plane = start;
+    FoundChevrons found;
+    double total = 0;
+    constexpr int kRounds = 4;
+    for (int round = 0; round < kRounds; ++round) {
+      const std::optional<Strip> strip = StripOf(photo, photo_from_plane, channel);
+      if (!strip) break;
+      std::vector<double> strength;
+      std::vector<ArmPoint> points = ReadArms(*strip, strength);
+      const auto [begin, end] = Run(strength);
+      const int first = strip->first + begin, last = strip->first + end;
+      std::erase_if(points, [&](const ArmPoint& p) {
+        const double k = p.plane[0] + std::abs(p.plane[1]);
+        return k < first - 0.5 || k > last + 0.5;
+      });
+      const auto fitted = FitHomography(points);
+      if (!fitted) break;
+      double squares = 0;
+      for (const ArmPoint& p : points) {
+        const cv::Vec2d off = Project(fitted->inv(), p.photo[0], p.photo[1]) - p.plane;
+        squares += off.dot(off);
+      }
+      photo_from_plane = Normalised(*fitted);
+      found.count = last - first + 1;
+      found.irregularity = std::sqrt(squares / double(points.size()));
+      total = 0;
+      for (int i = begin; i <= end; ++i) total += strength[i];
+      // Plane coordinates with chevron 0 as the first.
+      found.photo_from_plane =
+          FromMatrix(photo_from_plane * cv::Matx33d(1, 0, first, 0, 1, 0, 0, 0, 1));
+    }
+    constexpr double kMaxIrregular = 0.1;  // lenses bend by less, other patterns by more
+    if (found.count < kFewestChevrons || found.irregularity > kMaxIrregular) continue;
+    if (total <= best_strength) continue;
+    best_strength = total;
+    best = found;
+  }
+  return best;
+}
+
+}  // namespace
+
+std::optional<FoundChevrons> FindChevrons(const BgrView& photo) {
+  // Frame, labels and texture are combs as well, some of them clearer.
+  constexpr std::size_t kMaxCombs = 40;
+  const std::vector<FoundComb> combs = FindCombs(photo, kMaxCombs);
+  double scale = 1;
+  Frame small = ShrinkToFit(photo, kLongestSearched_px, 1e18, scale);
+  const cv::Mat bgr(small.height, small.width, CV_8UC3, small.bgr.data());
+  const double shift = (1 / scale - 1) / 2;
+  const cv::Matx33d photo_from_small(1 / scale, 0, shift, 0, 1 / scale, shift, 0, 0, 1);
+  Turned best;
+  for (std::size_t i = 0; i < combs.size(); ++i) {
+    for (std::size_t j = i + 1; j < combs.size(); ++j) {
+      if (!MayMeet(combs[i], combs[j])) continue;
+      const auto plane_from_photo = PlaneFromPhoto(combs[i], combs[j]);
+      if (!plane_from_photo) continue;
+      FoundComb a = combs[i], b = combs[j];
+      for (FoundComb* comb : {&a, &b}) {
+        for (PointPx& p : comb->corners) p = {(p.x - shift) * scale, (p.y - shift) * scale};
+      }
+      const auto patch = RectifyAround(bgr, *plane_from_photo * photo_from_small, a, b);
+      if (!patch) continue;
+      const Turned turned = BestMeeting(*patch);
+      if (turned.score > best.score) best = turned;
+    }
+  }
+  constexpr double kMinScore = 1;  // columns of full contrast
+  if (best.score < kMinScore) return std::nullopt;
+  auto found = Refine(bgr, best.photo_from_plane);
+  if (!found) return std::nullopt;
+  found->photo_from_plane = FromMatrix(photo_from_small * Matrix(found->photo_from_plane));
+  return found;
+}
+
+namespace {
+
+// Returns the bounding boxes of textured areas, largest first.
+std::vector<cv::Rect> TexturedAreas(const cv::Mat& bgr, double reach_px) {
+  cv::Mat grey, dx, dy, energy, mask;
+  cv::cvtColor(bgr, grey, cv::COLOR_BGR2GRAY);
+  cv::Sobel(grey, dx, CV_32F, 1, 0);
+  cv::Sobel(grey, dy, CV_32F, 0, 1);
+  cv::magnitude(dx, dy, energy);
+  const int side = 2 * static_cast<int>(reach_px / 2) + 1;
+  cv::blur(energy, energy, {side, side});
+  double largest = 0;
+  cv::minMaxLoc(energy, nullptr, &largest);
+  if (!(largest > 0)) return {};
+  energy.convertTo(mask, CV_8U, 255 / largest);
+  cv::threshold(mask, mask, 0, 255, cv::THRESH_BINARY | cv::THRESH_OTSU);
+  cv::Mat labels, stats, centres;
+  const int count = cv::connectedComponentsWithStats(mask, labels, stats, centres);
+  std::vector<cv::Rect> areas;
+  for (int i = 1; i < count; ++i) {
+    const cv::Rect box(stats.at<int>(i, cv::CC_STAT_LEFT), stats.at<int>(i, cv::CC_STAT_TOP),
+                       stats.at<int>(i, cv::CC_STAT_WIDTH), stats.at<int>(i, cv::CC_STAT_HEIGHT));
+    constexpr double kLeast = 0.05;  // of the picture's longer side
+    if (std::min(box.width, box.height) < kLeast * std::max(bgr.cols, bgr.rows)) continue;
+    areas.push_back(box);
+  }
+  std::sort(areas.begin(), areas.end(),
+            [](const cv::Rect& a, const cv::Rect& b) { return a.area() > b.area(); });
+  return areas;
+}
+
+}  // namespace
+
+std::vector<FoundChevrons> FindChevronPatterns(const BgrView& photo, std::size_t wanted) {
+  double scale = 1;
+  Frame small = ShrinkToFit(photo, kLongestSearched_px, 1e18, scale);
+  const cv::Mat bgr(small.height, small.width, CV_8UC3, small.bgr.data());
+  std::vector<FoundChevrons> best;
+  for (const double reach : {0.008, 0.014, 0.005}) {  // of the longer side
+    std::vector<FoundChevrons> all;
+    std::vector<cv::Rect> areas = TexturedAreas(bgr, reach * std::max(bgr.cols, bgr.rows));
+    if (areas.size() < wanted) continue;
+    const std::size_t most = 2 * wanted;
+    if (areas.size() > most) areas.resize(most);
+    for (const cv::Rect& area : areas) {
+      const int margin = static_cast<int>(0.03 * std::max(area.width, area.height));
+      const auto at = [&](int px, int limit) {
+        return std::clamp(static_cast<int>(px / scale), 0, limit);
+      };
+      const int x = at(area.x - margin, photo.width), y = at(area.y - margin, photo.height);
+      const PixelRect crop{x, y, at(area.x + area.width + margin, photo.width) - x,
+                           at(area.y + area.height + margin, photo.height) - y};
+      constexpr int kSmallest_px = 64;
+      if (std::min(crop.width, crop.height) < kSmallest_px) continue;
+      auto found = FindChevrons(Crop(photo, crop));
+      if (!found) continue;
+      found->photo_from_plane = FromMatrix(cv::Matx33d(1, 0, crop.x, 0, 1, crop.y, 0, 0, 1) *
+                                           Matrix(found->photo_from_plane));
+      all.push_back(*found);
+      if (all.size() == wanted) return all;
+    }
+    if (all.size() > best.size()) best = std::move(all);
+  }
+  return best;
+}
+
+}  // namespace trammel::vision
