@@ -9,6 +9,12 @@
 
 namespace trammel::pressure_advance {
 
+/// Form of a pattern's candidates.
+enum class PatternForm {
+  kLines,    ///< straight lines, slow, fast, slow: OrcaSlicer's PA Line, Marlin's K-factor test
+  kCorners,  ///< nested right angles: OrcaSlicer's PA Pattern, Ellis' test
+};
+
 /// Stretch of a line printed at one speed.
 struct Segment {
   double fraction = 0;    ///< share of the line's length, (0, 1]; a line's fractions sum to 1

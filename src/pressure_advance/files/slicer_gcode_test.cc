@@ -1,0 +1,118 @@
+// Patterns of other tools in G-code, recognised by their moves.
+#include "pressure_advance/files/slicer_gcode.h"
+
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <string>
+
+namespace trammel::files {
+namespace {
+
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+
+// Two walls a chevron, 0.5 mm apart, on two layers; the first one is slower, its arms shorter.
+std::string Chevrons(double x, double y, double speed_mm_s) {
+  std::string gcode = fmt::format("M83\nM204 P3000\nG1 X{} Y{} F6000\n", x, y);
+  for (const double z : {0.25, 0.45}) {
+    const double arm = z < 0.3 ? 18 : 20;
+    gcode += fmt::format("G1 Z{} F600\n", z);
+    for (int chevron = 0; chevron < 5; ++chevron) {
+      gcode += fmt::format("M900 K{:.3f}\n", 0.01 * chevron);
+      for (int wall = 0; wall < 2; ++wall) {
+        const double x0 = x + 4 * chevron + 0.5 * wall;
+        gcode += fmt::format("G0 X{:.3f} Y{:.3f} F9000\n", x0, y);
+        const double feed = z < 0.3 ? 1800 : 60 * speed_mm_s;
+        gcode += fmt::format("G1 X{:.3f} Y{:.3f} E0.9 F{}\n", x0 + arm, y + arm, feed);
+        gcode += fmt::format("G1 X{:.3f} Y{:.3f} E0.9\n", x0, y + 2 * arm);
+      }
+    }
+  }
+  return gcode;
+}
+
+std::string Lines() {
+  std::string gcode = "M82\nG92 E0\nSET_VELOCITY_LIMIT ACCEL=2500\nG1 Z0.2 F600\n";
+  double e = 0;
+  for (int line = 0; line < 6; ++line) {
+    const double y = 20 + 3.5 * line;
+    gcode += fmt::format("SET_PRESSURE_ADVANCE ADVANCE={:.3f}\nG0 X50 Y{} F9000\n", 0.02 * line, y);
+    for (const auto& [x, feed] :
+         {std::pair{70, 1200}, std::pair{110, 6000}, std::pair{130, 1200}}) {
+      gcode += fmt::format("G1 X{} Y{} E{:.4f} F{}\n", x, y, e += 1, feed);
+    }
+  }
+  return gcode;
+}
+
+TEST(SlicerGcode, ChevronsAreOneCandidateForTheirWallsOnTheTopLayer) {
+  const auto print = FindSlicerPatterns(Chevrons(60, 40, 120), "a.gcode");
+  ASSERT_TRUE(print.has_value()) << print.error().message;
+  EXPECT_EQ(print->dialect, gcode::Dialect::kMarlin);
+  ASSERT_EQ(print->patterns.size(), 1U);
+  const SlicerPattern& pattern = print->patterns.front();
+  EXPECT_EQ(pattern.form, PatternForm::kCorners);
+  EXPECT_THAT(pattern.pressure_advance_s, ElementsAre(0, 0.01, 0.02, 0.03, 0.04));
+  EXPECT_NEAR(pattern.spacing_mm, 4, 1e-9);
+  EXPECT_DOUBLE_EQ(pattern.speed_mm_s, 120);
+  EXPECT_EQ(pattern.acceleration_mm_s2, 3000);
+  EXPECT_DOUBLE_EQ(pattern.smooth_time_s, 0);
+  EXPECT_NEAR(pattern.layer_height_mm.value_or(0), 0.2, 1e-9);
+  EXPECT_NEAR(pattern.heading_rad, 0, 1e-9);
+}
+
+TEST(SlicerGcode, ABatchIsListedFrontToBackAndLeftToRight) {
+  const auto print =
+      FindSlicerPatterns(Chevrons(160, 40, 60) + Chevrons(20, 40, 120) + Chevrons(20, 140, 80), "");
+  ASSERT_TRUE(print.has_value()) << print.error().message;
+  std::vector<double> speeds;
+  for (const SlicerPattern& pattern : print->patterns) speeds.push_back(pattern.speed_mm_s);
+  EXPECT_THAT(speeds, ElementsAre(120, 60, 80));
+}
+
+TEST(SlicerGcode, LinesHaveTheirSegments) {
+  const auto print = FindSlicerPatterns(Lines(), "a.gcode");
+  ASSERT_TRUE(print.has_value()) << print.error().message;
+  EXPECT_EQ(print->dialect, gcode::Dialect::kKlipper);
+  ASSERT_EQ(print->patterns.size(), 1U);
+  const SlicerPattern& pattern = print->patterns.front();
+  EXPECT_EQ(pattern.form, PatternForm::kLines);
+  EXPECT_THAT(pattern.pressure_advance_s, ElementsAre(0, 0.02, 0.04, 0.06, 0.08, 0.1));
+  EXPECT_THAT(pattern.segments,
+              ElementsAre(pressure_advance::Segment{0.25, 20}, pressure_advance::Segment{0.5, 100},
+                          pressure_advance::Segment{0.25, 20}));
+  EXPECT_NEAR(pattern.spacing_mm, 3.5, 1e-9);
+  EXPECT_EQ(pattern.acceleration_mm_s2, 2500);
+}
+
+struct Refused {
+  const char* name;
+  std::string gcode;
+  const char* words;
+};
+
+TEST(SlicerGcode, RefusesFilesWithoutAPattern) {
+  std::string unset = Chevrons(60, 40, 120);
+  while (unset.find("M900") != std::string::npos) unset.replace(unset.find("M900"), 4, ";900");
+  std::string old_unit = Chevrons(60, 40, 120);
+  old_unit.replace(old_unit.rfind("K0.040"), 6, "K60.00");
+  const Refused rows[] = {
+      {"empty", "", "no nested corners"},
+      {"garbage", std::string("\0\xff\x01 G1 X\n=\n", 10) + std::string(100000, 'X'),
+       "no nested corners"},
+      {"numbers out of range", "G1 X1e999 Ynan E-inf\nG1 X9e99\n", "no nested corners"},
+      {"no pressure advance", unset, "no pressure advance is set"},
+      {"Marlin's old unit", old_unit, "not between 0 and 10"},
+  };
+  for (const Refused& row : rows) {
+    const auto print = FindSlicerPatterns(row.gcode, "a.gcode");
+    ASSERT_FALSE(print.has_value()) << row.name;
+    EXPECT_THAT(print.error().message, HasSubstr(row.words)) << row.name;
+    EXPECT_THAT(print.error().message, HasSubstr("a.gcode")) << row.name;
+  }
+}
+
+}  // namespace
+}  // namespace trammel::files
