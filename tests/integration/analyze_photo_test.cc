@@ -310,7 +310,7 @@ TEST_F(AnalyzePhoto, TheTutorialsCommandsAnswerAsItShows) {
     } else if (block) {
       shown.push_back(line);
     } else if (line.starts_with(kPrompt)) {
-      if (line.find("pa analyze photo.jpg") != std::string::npos) {
+      if (line.find("pa photo photo.jpg") != std::string::npos) {
         ASSERT_THAT(test::RunTrammel("sim photo pattern.gcode --seed 77 -o photo.jpg", folder()),
                     Ends(0));
       }

@@ -249,5 +249,25 @@ TEST(RealPhotoOfMarlinsLines, HasAllTwentyLinesAndTheAuthorsChoice) {
   EXPECT_NEAR(answer["pressure_advance_s"].get<double>(), 0.055, 0.0025);
 }
 
+// OrcaSlicer's and Ellis' chevrons: 17 of 0 to 0.08 s; the author chose "around 0.04".
+TEST(RealPhotoOfChevrons, HasAllSeventeenAndTheAuthorsChoice) {
+  const char* data = std::getenv("TRAMMEL_TEST_DATA");
+  if (data == nullptr) GTEST_SKIP() << "set TRAMMEL_TEST_DATA to the folder of recordings";
+  const fs::path file =
+      fs::path(data) / "pressure_advance_photos" / "others" / "ellis-pattern-full.jpg";
+  if (!fs::is_regular_file(file)) GTEST_SKIP() << file << " is not there";
+  const test::TemporaryFolder folder;
+  const std::string photo = "'" + file.string() + "'";
+  const json answer = test::AnalyzeToJson(photo + " --pa 0:0.08:0.005", folder.path());
+  ASSERT_EQ(answer["verdict"], "good") << answer["reason"];
+  EXPECT_EQ(answer["lines"].size(), 17U);
+  EXPECT_NEAR(answer["pressure_advance_s"].get<double>(), 0.04, 0.005);
+  EXPECT_LE(answer["interval95_s"][0], 0.04);
+  EXPECT_GE(answer["interval95_s"][1], 0.04);
+  const json fewer = test::AnalyzeToJson(photo + " --pa 0:0.075:0.005", folder.path());
+  EXPECT_EQ(fewer["verdict"], "refused");
+  EXPECT_THAT(fewer["reason"].get<std::string>(), ::testing::HasSubstr("17 corners are seen"));
+}
+
 }  // namespace
 }  // namespace trammel

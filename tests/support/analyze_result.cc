@@ -61,11 +61,12 @@ void ExpectLaw(const json& law) {
 
 // docs/reference/formats.md, key by key.
 void ExpectFormat(const json& answer) {
-  ExpectKeys(answer,
-             {"format", "method", "verdict", "reason", "pressure_advance_s",
-              "standard_uncertainty_s", "interval95_s", "print_next_s", "acceleration",
-              "deceleration", "law", "scale", "lines", "deviation", "repeat", "notices", "report"},
-             "");
+  ExpectKeys(
+      answer,
+      {"format", "method", "verdict", "reason", "pressure_advance_s", "standard_uncertainty_s",
+       "interval95_s", "print_next_s", "acceleration", "deceleration", "corners", "law", "scale",
+       "flow_ratio", "lines", "deviation", "repeat", "notices", "report"},
+      "");
   EXPECT_EQ(answer.at("format"), 1);
   ExpectMeasured(answer, "");
   for (const char* transition : {"acceleration", "deceleration"}) {

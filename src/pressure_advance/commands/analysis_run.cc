@@ -160,8 +160,42 @@ LineMotion MotionSeen(const PhotoPlan& plan, const pressure_advance::PhotoMeasur
 
 }  // namespace
 
+AnalysisRun AnalyseCorners(const std::string& file, const pressure_advance::ChevronView& view,
+                           const PhotoPlan& plan) {
+  const std::vector<double>& values_s = plan.pressure_advance_s;
+  const auto count = static_cast<std::size_t>(view.found.count);
+  if (count != values_s.size()) {
+    return RefusedRun(fmt::format(
+        "{}: {} corners are seen, and {} values were printed: photograph the whole pattern, or "
+        "give the values that it has",
+        file, count, values_s.size()));
+  }
+  const double spacing_mm = plan.spacing_mm.value_or(pressure_advance::SpacingOf_mm(view));
+  const double window_mm = pressure_advance::CornerWindow_mm(plan.motion);
+  const auto readings = pressure_advance::ReadChevrons(view, window_mm / spacing_mm);
+  std::vector<pressure_advance::CornerSurplus> corners;
+  for (std::size_t i = 0; i < count; ++i) {
+    const pressure_advance::ChevronReading& reading = readings[i];
+    corners.push_back(
+        {values_s[i], reading.surplus * spacing_mm, reading.sigma * spacing_mm, reading.unusable});
+  }
+  corners.back().unusable = "the last corner touches the frame";
+  AnalysisRun run;
+  run.analysis = pressure_advance::FitCorners(corners, plan.motion);
+  run.analysis.printed_by = plan.printed_by;
+  run.photo = PictureOf(view, values_s);
+  return run;
+}
+
 Result<AnalysisRun> AnalysePhoto(const std::filesystem::path& file, const PhotoPlan& plan) {
   const Frame picture = TRY(machine::ReadPhotoFile(file));
+  if (plan.form != PatternForm::kLines) {
+    const auto view = pressure_advance::ViewChevrons(picture.view());
+    if (view.problem.empty()) return AnalyseCorners(file.string(), view, plan);
+    if (plan.form == PatternForm::kCorners) {
+      return RefusedRun(fmt::format("{}: {}", file.string(), view.problem));
+    }
+  }
   pressure_advance::PhotoOptions options;
   options.pressure_advance_s = plan.pressure_advance_s;
   options.from = plan.from;

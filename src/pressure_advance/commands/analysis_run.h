@@ -9,11 +9,13 @@
 #include "app/output_files.h"
 #include "base/result.h"
 #include "pressure_advance/pattern/pattern_config.h"
+#include "pressure_advance/photo/chevron_reader.h"
 #include "pressure_advance/photo/photo_reader.h"
 #include "pressure_advance/profile/analysis.h"
 #include "pressure_advance/profile/line_profile.h"
 #include "pressure_advance/recording/scan.h"
 #include "pressure_advance/report/pressure_advance_figures.h"
+#include "pressure_advance/response/corner_response.h"
 
 namespace trammel::app {
 
@@ -37,20 +39,32 @@ struct FlowReference {
 [[nodiscard]] Result<AnalysisRun> AnalyseRecording(
     const std::filesystem::path& folder, const std::optional<FlowReference>& reference = {});
 
+using pressure_advance::PatternForm;
+
 /// Facts that a photo does not show.
 struct PhotoPlan {
+  std::optional<PatternForm> form;                   ///< absent: found
   std::vector<double> pressure_advance_s;            ///< per line, from the first line's side
   std::optional<pressure_advance::PhotoSide> from;   ///< absent: found
   std::optional<pressure_advance::PhotoSide> start;  ///< printed start; absent: detected
   bool corner_mark = false;                          ///< PhotoOptions::corner_mark
   std::optional<gcode::PrintedBy> printed_by = {};   ///< absent: not known
-  std::vector<pressure_advance::Segment> segments = pressure_advance::PhotoSegments();
+  std::vector<pressure_advance::Segment> segments =
+      pressure_advance::PhotoSegments();       ///< of lines
+  pressure_advance::CornerMotion motion = {};  ///< of corners
+  std::optional<double> spacing_mm = {};       ///< between corners; absent: that of the usual tools
 };
 
 /// Analyses a photo of a printed pattern (JPEG, PNG, WebP or HEIC). A photo in which the pattern
 /// cannot be measured gives a refused analysis; a file that is no picture is an error.
 [[nodiscard]] Result<AnalysisRun> AnalysePhoto(const std::filesystem::path& file,
                                                const PhotoPlan& plan);
+
+/// Measures the corners of a photo in which they were found.
+/// @param file  named in messages
+[[nodiscard]] AnalysisRun AnalyseCorners(const std::string& file,
+                                         const pressure_advance::ChevronView& view,
+                                         const PhotoPlan& plan);
 
 // Output of a finished analysis on the terminal and on disk.
 

@@ -230,6 +230,7 @@ Result<PhotoPlan> PhotoPlanOf(const PatternPlan& plan, const std::string& file) 
   std::map<int, std::vector<PlanLine>> patterns;
   for (const PlanLine& line : plan.lines) patterns[line.pattern].push_back(line);
   PhotoPlan result;
+  result.form = PatternForm::kLines;
   result.segments = plan.segments;
   result.corner_mark = plan.corner_mark;
   result.printed_by = plan.printed_by;

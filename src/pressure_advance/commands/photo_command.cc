@@ -1,4 +1,4 @@
-// trammel pa photo: measures the photo of a pattern from the printer's files.
+// trammel pa photo: measures a photo of a pattern, a file or from the printer.
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
@@ -23,6 +23,7 @@
 #include "pressure_advance/commands/calibration_run.h"
 #include "pressure_advance/commands/kept_result.h"
 #include "pressure_advance/commands/pattern_options.h"
+#include "pressure_advance/commands/photo_reading.h"
 #include "pressure_advance/commands/pressure_advance_commands.h"
 #include "pressure_advance/procedure/calibrate.h"
 #include "service/job_record.h"
@@ -37,12 +38,12 @@ using procedure::PatternPhoto;
 constexpr const char* kPhotoName = "photo";  // in the recording; keeps its extension
 
 struct PhotoArguments {
+  std::vector<std::string> photos;
+  LocalAnalysis local;  // of a photo on this computer; without a path: of one on the printer
   PrinterOptions printer;
   std::string file;
-  std::string plan;
   std::string filament;
   std::string out;
-  bool json = false;
 };
 
 /// Photo, with notices for the answer.
@@ -53,8 +54,9 @@ struct Fetched {
 
 Result<FoundPlan> PlanFor(const PhotoArguments& arguments, const procedure::Session& session,
                           const std::optional<files::PatternPrint>& print) {
-  if (arguments.plan.empty() && !print) return FindUploadedPlan(session);
-  auto plan = TRY(arguments.plan.empty() ? PlanOfPrint(*print) : ReadPhotoPlan(arguments.plan));
+  if (arguments.local.photo.plan.empty() && !print) return FindUploadedPlan(session);
+  auto plan = TRY(arguments.local.photo.plan.empty() ? PlanOfPrint(*print)
+                                                     : ReadPhotoPlan(arguments.local.photo.plan));
   return FoundPlan{std::move(plan), ""};
 }
 
@@ -93,9 +95,9 @@ Result<int> Measure(const PhotoArguments& arguments, const procedure::Session& s
   ResultFile result = ResultOf(run->analysis, folder.string());
   result.outcome.subject =
       SubjectOf(arguments.filament, session, config, SpoolNow(session, arguments.filament.empty()));
-  const int code = PrintAnalysis(*run, result, KeptIn(folder, arguments.json));
+  const int code = PrintAnalysis(*run, result, KeptIn(folder, arguments.local.output.json));
   const Measured& measured = run->analysis.pressure_advance;
-  if (arguments.json || !measured.good()) return code;
+  if (arguments.local.output.json || !measured.good()) return code;
   fmt::print("photo             {}\n", photo.name);
   PrintDrift(fs::absolute(folder).parent_path(), result.outcome);
   PrintWrapped("nothing applied", fmt::format("trammel pa apply {}{}", ShellQuoted(folder.string()),
@@ -116,11 +118,30 @@ Result<void> CheckPrintable(const procedure::Session& session, const PhotoPlan& 
 }
 
 Result<int> RunPhoto(PhotoArguments arguments) {
+  if (!arguments.photos.empty()) {
+    if (!arguments.file.empty() || !arguments.out.empty() || !arguments.filament.empty()) {
+      return Fail(
+          "--file, --filament and --out are for a photo on the printer; leave out the "
+          "names of photos");
+    }
+    arguments.local.path = arguments.photos.front();
+    arguments.local.more.assign(arguments.photos.begin() + 1, arguments.photos.end());
+    return RunLocalAnalysis(arguments.local);
+  }
+  PhotoReading beside_plan = arguments.local.photo;
+  beside_plan.plan.clear();
+  std::string option = FirstGiven(beside_plan);
+  if (option.empty()) option = FirstOutput(arguments.local.output.files);
+  if (!option.empty()) {
+    return Fail(
+        fmt::format("{} is for a photo on this computer; name it: trammel pa photo PHOTO", option));
+  }
   const Interrupt interrupt;
   auto config = TRY(LoadSettings(arguments.printer));
   TRY(CheckFilamentOption(arguments.filament));
-  const auto print = TRY(arguments.plan.empty() ? LastNotedPrint(config.scan.address)
-                                                : Result<std::optional<files::PatternPrint>>());
+  const auto print =
+      TRY(arguments.local.photo.plan.empty() ? LastNotedPrint(config.scan.address)
+                                             : Result<std::optional<files::PatternPrint>>());
   if (arguments.filament.empty() && print) arguments.filament = print->filament;
   const auto printer = TRY(Connect(config.scan, interrupt.token()));
   const procedure::Session session{*printer, interrupt.token(), ShowProgress};
@@ -143,23 +164,26 @@ Result<int> RunPhoto(PhotoArguments arguments) {
 
 void AddPhotoCommand(CLI::App& parent, int& exit_code) {
   CLI::App* command = parent.add_subcommand(
-      "photo", "measure a photo of the pattern that was uploaded to the printer");
+      "photo", "measure a photo of a pattern: a file, or the newest on the printer");
   const auto arguments = std::make_shared<PhotoArguments>();
+  constexpr int kMaxPhotos = 100;
+  command
+      ->add_option("photo", arguments->photos,
+                   "JPEG or PNG on this computer, several with --gcode: one for each pattern; left "
+                   "out: the newest picture in the folder trammel beside printer.cfg")
+      ->expected(0, kMaxPhotos);
+  AddLocalAnalysisOptions(*command, arguments->local);
   AddPrinterOptions(*command, arguments->printer);
   AddMaterialOption(*command, arguments->printer.material);
   command->add_option("--file", arguments->file,
-                      "its name in the folder trammel beside printer.cfg; left out: the newest "
+                      "its name in that folder; left out: the newest "
                       "picture there");
-  command->add_option(
-      "--plan", arguments->plan,
-      "the *.plan.json of the printed pattern; left out: that of the last pa print --photo, "
-      "else the one beside the photo");
   command->add_option("--filament", arguments->filament,
                       "which filament it is: trammel history lists the result under it; without "
                       "it, the one that the pattern was printed for, else that of Spoolman's "
                       "active spool");
   command->add_option("-o,--out", arguments->out, "new folder for photo and result");
-  command->add_flag("--json", arguments->json, "print the answer as one JSON object");
+  command->add_flag("--json", arguments->local.output.json, "print the answer as one JSON object");
   command->callback([arguments, &exit_code] { exit_code = CodeOf(RunPhoto(*arguments)); });
 }
 

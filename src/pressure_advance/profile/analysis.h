@@ -118,12 +118,22 @@ struct LineResult {
   int pattern = 0;     ///< index on a plate of several
 };
 
+/// Response of a pattern of corners. In `response` the window is along the path from the corner,
+/// mm.
+struct CornerResult {
+  TransitionResult response;
+  double half_window_mm = 0;
+  std::optional<double> speed_mm_s;          ///< absent: not known
+  std::optional<double> acceleration_mm_s2;  ///< likewise
+};
+
 struct Analysis : RangedAnswer {
   std::vector<LineResult> lines;
   LineMotion motion;
   std::vector<LineProfile> profiles;  ///< same order as lines
   std::optional<HeightScale> scale;   ///< laser scans with known pixel size in mm
   ResponseResult response;
+  std::optional<CornerResult> corners;  ///< of a pattern of corners, which has no `response`
   DeviationResult deviation;
   std::optional<FlowRatio> flow;     ///< laser scans
   std::optional<Repeats> repeats;    ///< absent: one pattern, or no response

@@ -78,6 +78,16 @@ Json StorageJson(const pa::ResponseResult& response) {
   return object;
 }
 
+Json CornersJson(const pa::Analysis& analysis) {
+  if (!analysis.corners) return nullptr;
+  const pa::CornerResult& corners = *analysis.corners;
+  Json object = Transition(corners.response, analysis.lines.size());
+  object["half_window_mm"] = Number(corners.half_window_mm);
+  object["speed_mm_s"] = Number(corners.speed_mm_s);
+  object["acceleration_mm_s2"] = Number(corners.acceleration_mm_s2);
+  return object;
+}
+
 /// Returns the median of the readings along a line, with the uncertainty of noise, scale, angle and
 /// reader.
 Json Median(const pa::LineProfile& profile, pa::Seen pa::ProfileSample::*quantity,
@@ -197,6 +207,7 @@ Json JsonOf(const pa::Analysis& analysis, const std::optional<std::string>& repo
                                                : Json(nullptr);
   root["acceleration"] = Transition(analysis.response.acceleration, analysis.lines.size());
   root["deceleration"] = Transition(analysis.response.deceleration, analysis.lines.size());
+  root["corners"] = CornersJson(analysis);
   root["law"] = StorageJson(analysis.response);
   root["scale"] = Scale(analysis.scale);
   root["lines"] = Lines(analysis);

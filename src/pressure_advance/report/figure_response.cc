@@ -2,7 +2,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 
 #include "document/interval_text.h"
@@ -128,7 +127,7 @@ void DrawPanel(Canvas& canvas, const RectPx& outer, const Range& x, const Range&
 }
 
 /// The legend names the sources of the answer's line, which may be outside both diamonds.
-std::vector<LegendEntry> Legend(const Measured& answer, bool shape_counts) {
+std::vector<LegendEntry> Legend(const Measured& answer, const char* name) {
   std::vector<LegendEntry> legend = {
       {"line (bar: 95 %)", LegendEntry::Mark::kDot, {.color = kMuted}},
       {"line not used", LegendEntry::Mark::kHollowDot, {.color = kMuted}},
@@ -136,30 +135,29 @@ std::vector<LegendEntry> Legend(const Measured& answer, bool shape_counts) {
   if (answer.good()) {
     legend.push_back({"where the fit crosses 0", LegendEntry::Mark::kDiamond, {.color = kInk}});
     legend.push_back({"its 95 % interval", LegendEntry::Mark::kPatch, {.color = kGrid}});
-    legend.push_back({shape_counts ? "answer, by the shape of the lines too" : "answer of both",
-                      LegendEntry::Mark::kLine,
-                      {.dash_px = {5, 4}}});
+    legend.push_back({name, LegendEntry::Mark::kLine, {.dash_px = {5, 4}}});
   }
   return legend;
 }
 
 struct Content {
-  std::array<Panel, 2> panels;
+  std::vector<Panel> panels;
   Range x;
   Range y;
   const Measured* answer = nullptr;
-  bool shape_counts = false;
+  const char* answer_name = "answer of both";
 };
 
 /// Draws panels side by side, or below each other if there is no room.
 Canvas Draw(const Content& content, double width_px) {
   const bool broad = width_px >= kFigureWidthPx;
   const double panel_px = broad ? 350 : 280;
-  const double panel_width = broad ? width_px / 2 : width_px;
+  const auto panels = static_cast<double>(content.panels.size());
+  const double panel_width = broad ? width_px / panels : width_px;
   Canvas measure(width_px, 1);
-  const auto legend = Legend(*content.answer, content.shape_counts);
+  const auto legend = Legend(*content.answer, content.answer_name);
   const double top = 8 + DrawLegend(measure, {12, 20}, width_px - 24, legend);
-  Canvas canvas(width_px, top + (broad ? 1 : 2) * panel_px + 4);
+  Canvas canvas(width_px, top + (broad ? 1 : panels) * panel_px + 4);
   DrawLegend(canvas, {12, 20}, width_px - 24, legend);
   for (std::size_t i = 0; i < content.panels.size(); ++i) {
     const auto number = static_cast<double>(i);
@@ -172,9 +170,11 @@ Canvas Draw(const Content& content, double width_px) {
 }
 
 std::string Seen(const Content& content) {
-  std::string text =
-      "Two plots, one dot per printed line: by how much its pressure advance was too low, against "
-      "the pressure advance it was printed with.";
+  std::string text = content.panels.size() == 1 ? "A plot, one dot per corner"
+                                                : "Two plots, one dot per printed line";
+  text +=
+      ": by how much its pressure advance was too low, against the pressure advance it was printed "
+      "with.";
   for (const Panel& panel : content.panels) {
     const Measured& own = panel.result->pressure_advance;
     if (panel.readings.empty()) continue;
@@ -195,33 +195,57 @@ std::string Seen(const Content& content) {
 std::optional<Figure> ResponseFigure(const AnalysisRun& input) {
   const pa::Analysis& analysis = input.analysis;
   const pa::ResponseResult& response = analysis.response;
-  Content content{
-      {Panel{&response.acceleration, Readings(analysis, response.acceleration), "Speeding up",
-             "too little filament on the line (PA too low)", "too much (PA too high)", kBlue},
-       Panel{&response.deceleration, Readings(analysis, response.deceleration), "Slowing down",
-             "too much filament on the line (PA too low)", "too little (PA too high)", kVermilion}},
-      {},
-      {},
-      &analysis.pressure_advance,
-      response.law && response.law->weight > 0};
+  Content content;
+  content.answer = &analysis.pressure_advance;
+  if (response.law && response.law->weight > 0) {
+    content.answer_name = "answer, by the shape of the lines too";
+  }
+  if (analysis.corners) content.answer_name = "answer";
+  const auto add = [&](const pa::TransitionResult& result, const char* title, const char* too_low,
+                       const char* too_high, const Color& color) {
+    content.panels.push_back(
+        {&result, Readings(analysis, result), title, too_low, too_high, color});
+  };
+  if (analysis.corners) {
+    add(analysis.corners->response, "Corners", "too much filament at the corner (PA too low)",
+        "too little (PA too high)", kVermilion);
+  } else {
+    add(response.acceleration, "Speeding up", "too little filament on the line (PA too low)",
+        "too much (PA too high)", kBlue);
+    add(response.deceleration, "Slowing down", "too much filament on the line (PA too low)",
+        "too little (PA too high)", kVermilion);
+  }
   std::vector<double> tested;
   for (const Panel& panel : content.panels) {
     for (const Reading& reading : panel.readings) tested.push_back(reading.pressure_advance_s);
   }
   if (tested.empty()) return std::nullopt;
   content.x = Padded(RangeOf(tested), 0.05);
-  content.y = Padded(
-      Join(SurplusRange(content.panels[0].readings), SurplusRange(content.panels[1].readings)),
-      0.14);
-  Figure figure{
-      "response",
-      "Each dot is one printed line: the time by which its pressure advance was too low (above 0) "
-      "or too high (below 0), read from the filament that the change of speed took from the line "
-      "or left on it. Where the nozzle begins to speed up, a value that is too low leaves too "
-      "little filament; where it begins to slow down, too much. The right pressure advance is "
-      "where the fit crosses 0. Towards the right the curve may flatten: a gap in the filament "
-      "cannot get emptier than empty.",
-      Draw(content, kFigureWidthPx)};
+  Range surplus = SurplusRange(content.panels.front().readings);
+  for (const Panel& panel : content.panels) surplus = Join(surplus, SurplusRange(panel.readings));
+  content.y = Padded(surplus, 0.14);
+  constexpr const char* kOfCorners =
+      "Each dot is one printed corner: the time by which its pressure advance was too low (above "
+      "0) "
+      "or too high (below 0), read from the filament around the corner. A value that is too low "
+      "leaves too much of it, one that is too high too little. The right pressure advance is where "
+      "the fit crosses 0. Towards the right the curve may flatten: a gap in the filament cannot "
+      "get "
+      "emptier than empty.";
+  Figure figure{"response",
+                analysis.corners ? kOfCorners
+                                 : "Each dot is one printed line: the time by which its pressure "
+                                   "advance was too low (above 0) "
+                                   "or too high (below 0), read from the filament that the change "
+                                   "of speed took from the line "
+                                   "or left on it. Where the nozzle begins to speed up, a value "
+                                   "that is too low leaves too "
+                                   "little filament; where it begins to slow down, too much. The "
+                                   "right pressure advance is "
+                                   "where the fit crosses 0. Towards the right the curve may "
+                                   "flatten: a gap in the filament "
+                                   "cannot get emptier than empty.",
+                Draw(content, kFigureWidthPx)};
   figure.seen = Seen(content);
   figure.narrow = Draw(content, kNarrowWidthPx);
   return figure;

@@ -83,6 +83,10 @@ std::vector<AnswerRow> AnswerRows(const pa::Analysis& analysis) {
                          fmt::format("counts {:.0f} %{}, corrected by {:+.1f} ms",
                                      100 * (1 - law->weight), of, -law->correction_s * kMsPerS)));
   }
+  if (analysis.corners) {
+    rows.push_back(PartRow("corners", analysis.corners->response.pressure_advance, good));
+    return rows;
+  }
   rows.push_back(PartRow("speeding up", analysis.response.acceleration.pressure_advance, good));
   rows.push_back(PartRow("slowing down", analysis.response.deceleration.pressure_advance, good));
   if (law != nullptr) AddStorage(*law, analysis.motion, rows);
@@ -268,17 +272,26 @@ std::string Lines(const pa::Analysis& analysis) {
   const auto& scores = analysis.deviation.score_px;
   const bool scored = std::any_of(scores.begin(), scores.end(),
                                   [](const auto& score) { return score && std::isfinite(*score); });
-  std::vector<Table::Column> columns = {
-      {"printed with (s)"}, {"speeding up (ms)"}, {"slowing down (ms)"}};
+  std::vector<Table::Column> columns = {{"printed with (s)"}};
+  std::vector<const pa::TransitionResult*> readings;
+  const auto read = [&](const char* name, const pa::TransitionResult& result) {
+    columns.push_back({name});
+    readings.push_back(&result);
+  };
+  if (analysis.corners) {
+    read("corner (ms)", analysis.corners->response);
+  } else {
+    read("speeding up (ms)", analysis.response.acceleration);
+    read("slowing down (ms)", analysis.response.deceleration);
+  }
   if (scored) columns.push_back({"deviation (px)"});
   columns.push_back({"", true});
   Table table(columns);
   for (std::size_t i = 0; i < analysis.lines.size(); ++i) {
     const pa::LineResult& line = analysis.lines[i];
-    std::vector<std::string> cells = {
-        fmt::format("{:.4f}", std::isfinite(line.pressure_advance_s) ? line.pressure_advance_s : 0),
-        SurplusCell(analysis.response.acceleration, i),
-        SurplusCell(analysis.response.deceleration, i)};
+    std::vector<std::string> cells = {fmt::format(
+        "{:.4f}", std::isfinite(line.pressure_advance_s) ? line.pressure_advance_s : 0)};
+    for (const pa::TransitionResult* result : readings) cells.push_back(SurplusCell(*result, i));
     if (scored) {
       const bool has = i < scores.size() && scores[i] && std::isfinite(*scores[i]);
       cells.push_back(has ? fmt::format("{:.1f}", *scores[i]) : "–");

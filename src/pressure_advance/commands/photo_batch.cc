@@ -1,0 +1,228 @@
+#include "pressure_advance/commands/photo_batch.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <utility>
+
+#include "app/commands.h"
+#include "app/slow_work.h"
+#include "base/json_text.h"
+#include "document/interval_text.h"
+#include "machine/camera/phone_picture.h"
+#include "pressure_advance/commands/conditions_run.h"
+#include "pressure_advance/files/orca_profile.h"
+#include "pressure_advance/report/analysis_json.h"
+
+namespace trammel::app {
+namespace {
+
+using files::SlicerPattern;
+using pressure_advance::ChevronView;
+using vision::FoundChevrons;
+
+vision::PointPx CentreOf(const FoundChevrons& found) {
+  return found.photo_from_plane({(found.count - 1) / 2.0, 0});
+}
+
+// Returns the place of pattern `other` in the photo if `found` is pattern `one`.
+vision::PointPx PlaceOf(const SlicerPattern& other, const SlicerPattern& one,
+                        const FoundChevrons& found) {
+  const double x = (other.x_mm - one.x_mm) / one.spacing_mm;
+  const double y = (other.y_mm - one.y_mm) / one.spacing_mm;
+  const double c = std::cos(one.heading_rad), s = std::sin(one.heading_rad);
+  // The bed's y points up, the photo's down.
+  return found.photo_from_plane({(found.count - 1) / 2.0 + c * x + s * y, s * x - c * y});
+}
+
+// Names the patterns of a photo by their places: returns, for each of them, the pattern of the
+// file.
+Result<std::vector<std::size_t>> Named(const std::vector<FoundChevrons>& found,
+                                       const std::vector<SlicerPattern>& patterns) {
+  if (found.size() != patterns.size()) {
+    return Fail(fmt::format("{} patterns of corners are seen, and the file holds {}: take a photo "
+                            "of all of them, or one of each in the order of their places",
+                            found.size(), patterns.size()),
+                ErrorKind::kMeasurement);
+  }
+  std::vector<std::vector<std::size_t>> fits;
+  for (std::size_t one = 0; one < patterns.size(); ++one) {
+    // Supposes that the first pattern of the photo is this one.
+    const auto& anchor = found.front();
+    const vision::PointPx from = CentreOf(anchor);
+    std::vector<std::size_t> names(found.size(), patterns.size());
+    bool all = true;
+    for (std::size_t other = 0; all && other < patterns.size(); ++other) {
+      const vision::PointPx expected = PlaceOf(patterns[other], patterns[one], anchor);
+      const double far = vision::Distance_px(expected, from);
+      const auto away = [&](const FoundChevrons& candidate) {
+        return vision::Distance_px(CentreOf(candidate), expected);
+      };
+      const auto nearest = std::ranges::min_element(found, {}, away);
+      // Perspective is extrapolated from one pattern.
+      constexpr double kAway = 0.12, kSpacings = 2;
+      const double spacing =
+          vision::Distance_px(anchor.photo_from_plane({0, 0}), anchor.photo_from_plane({1, 0}));
+      const auto index = static_cast<std::size_t>(nearest - found.begin());
+      all = away(*nearest) < kAway * far + kSpacings * spacing && names[index] == patterns.size();
+      if (all) names[index] = other;
+    }
+    if (all) fits.push_back(std::move(names));
+  }
+  if (fits.size() != 1) {
+    return Fail(fmt::format("the patterns in the photo {} the places in the file: is it the file "
+                            "that was printed, and is the photo not mirrored?",
+                            fits.empty() ? "do not have" : "fit more than one order of"),
+                ErrorKind::kMeasurement);
+  }
+  return fits.front();
+}
+
+// Answer of one pattern.
+struct Row {
+  const SlicerPattern* pattern = nullptr;
+  AnalysisRun run;
+};
+
+Row Measure(const std::string& photo, const ChevronView& view, const SlicerPattern& pattern,
+            gcode::Dialect dialect) {
+  if (!view.problem.empty()) {
+    Row row{&pattern, {}};
+    row.run.analysis.pressure_advance =
+        Measured::Refused(fmt::format("{}: {}", photo, view.problem));
+    return row;
+  }
+  return {&pattern, AnalyseCorners(photo, view, PhotoPlanOf(pattern, dialect))};
+}
+
+Result<std::vector<Row>> MeasureAll(const std::vector<std::string>& photos,
+                                    const files::SlicerPrint& print) {
+  const std::vector<SlicerPattern>& patterns = print.patterns;
+  std::vector<Row> rows;
+  if (photos.size() == 1) {
+    const Frame whole = TRY(machine::ReadPhotoFile(photos.front()));
+    constexpr int kSmallest_px = 64, kLongest_px = 16000;  // Rectify's limit is 16384
+    constexpr double kLargest_px = 1e8;
+    if (std::min(whole.width, whole.height) < kSmallest_px) {
+      return Fail(
+          fmt::format("{}: the photo has {} x {} px", photos.front(), whole.width, whole.height),
+          ErrorKind::kMeasurement);
+    }
+    double scale = 1;
+    const Frame picture = vision::ShrinkToFit(whole.view(), kLongest_px, kLargest_px, scale);
+    auto found = vision::FindChevronPatterns(picture.view(), patterns.size());
+    const auto names = TRY(Named(found, patterns));
+    for (std::size_t i = 0; i < found.size(); ++i) {
+      rows.push_back(Measure(photos.front(),
+                             pressure_advance::ViewChevrons(picture.view(), found[i]),
+                             patterns[names[i]], print.dialect));
+    }
+    std::ranges::sort(rows, {}, &Row::pattern);
+    return rows;
+  }
+  for (std::size_t i = 0; i < photos.size(); ++i) {
+    const Frame picture = TRY(machine::ReadPhotoFile(photos[i]));
+    rows.push_back(Measure(photos[i], pressure_advance::ViewChevrons(picture.view()), patterns[i],
+                           print.dialect));
+  }
+  return rows;
+}
+
+std::optional<pressure_advance::FlowPoint> PointOf(const Row& row) {
+  const Measured& answer = row.run.analysis.pressure_advance;
+  if (!answer.good() || !row.pattern->acceleration_mm_s2) return std::nullopt;
+  pressure_advance::FlowPoint point;
+  point.flow_mm3_s = row.pattern->flow_mm3_s;
+  point.acceleration_mm_s2 = *row.pattern->acceleration_mm_s2;
+  point.layer_height_mm = row.pattern->layer_height_mm;
+  point.pressure_advance_s = answer.quantity();
+  return point;
+}
+
+nlohmann::ordered_json JsonOf(const std::vector<Row>& rows,
+                              const std::optional<pressure_advance::FlowTable>& table) {
+  constexpr int kFormat = 1;
+  nlohmann::ordered_json list = nlohmann::ordered_json::array();
+  for (const Row& row : rows) {
+    auto object = report::JsonOf(row.run.analysis, std::nullopt);
+    object["speed_mm_s"] = row.pattern->speed_mm_s;
+    object["flow_mm3_s"] = row.pattern->flow_mm3_s;
+    object["acceleration_mm_s2"] = nullptr;
+    if (row.pattern->acceleration_mm_s2) {
+      object["acceleration_mm_s2"] = *row.pattern->acceleration_mm_s2;
+    }
+    list.push_back(std::move(object));
+  }
+  return {{"format", kFormat},
+          {"patterns", std::move(list)},
+          {"table", table ? TableJson(*table) : nlohmann::ordered_json(nullptr)}};
+}
+
+void Print(const Row& row) {
+  const SlicerPattern& pattern = *row.pattern;
+  const Measured& answer = row.run.analysis.pressure_advance;
+  fmt::print("{:.1f} mm3/s, {:.0f} mm/s2  {}\n", pattern.flow_mm3_s,
+             pattern.acceleration_mm_s2.value_or(0),
+             answer.good() ? report::WithInterval(answer.quantity(), report::kSeconds)
+                           : fmt::format("{}: {}", VerdictText(answer.verdict()), answer.reason()));
+}
+
+}  // namespace
+
+PhotoPlan PhotoPlanOf(const SlicerPattern& pattern, gcode::Dialect dialect) {
+  PhotoPlan plan;
+  plan.pressure_advance_s = pattern.pressure_advance_s;
+  plan.printed_by = gcode::PrintedBy{dialect, 0};
+  plan.form = pattern.form;
+  if (pattern.form == PatternForm::kLines) {
+    plan.segments = pattern.segments;
+  } else {
+    plan.motion = {pattern.speed_mm_s, pattern.acceleration_mm_s2, pattern.smooth_time_s};
+    plan.spacing_mm = pattern.spacing_mm;
+  }
+  return plan;
+}
+
+Result<int> RunPhotoBatch(const std::vector<std::string>& photos, const files::SlicerPrint& print,
+                          bool json) {
+  for (const SlicerPattern& pattern : print.patterns) {
+    if (pattern.form != PatternForm::kCorners) {
+      return Fail("the file holds several patterns of lines; print and photograph one at a time");
+    }
+  }
+  if (photos.size() != 1 && photos.size() != print.patterns.size()) {
+    return Fail(
+        fmt::format("the file holds {0} patterns, and {1} photos are named: give one photo "
+                    "of all, or {0} photos, front to back and left to right",
+                    print.patterns.size(), photos.size()));
+  }
+  const SlowWork work("analysing " + photos.front());
+  const std::vector<Row> rows = TRY(MeasureAll(photos, print));
+  std::vector<pressure_advance::FlowPoint> points;
+  for (const Row& row : rows) {
+    if (const auto point = PointOf(row)) points.push_back(*point);
+  }
+  std::optional<pressure_advance::FlowTable> table;
+  if (!points.empty()) table = TRY(pressure_advance::MakeFlowTable(points));
+  const bool whole = points.size() == rows.size();
+  if (json) {
+    fmt::print("{}", JsonText(JsonOf(rows, table)));
+  } else {
+    for (const Row& row : rows) Print(row);
+    if (table) {
+      constexpr double kFilamentDiameter_mm = 1.75;
+      PrintTable(*table, kFilamentDiameter_mm);
+      const auto adaptive = pressure_advance::AdaptiveRows(*table);
+      if (!adaptive.empty()) {
+        fmt::print("OrcaSlicer, adaptive pressure advance (PA, flow, acceleration):\n{}\n",
+                   files::AdaptiveModel(adaptive));
+      }
+    }
+  }
+  return whole ? kExitGood : kExitNotTrusted;
+}
+
+}  // namespace trammel::app

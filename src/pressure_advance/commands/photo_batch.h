@@ -1,0 +1,23 @@
+// Photos of several patterns of corners from one file: a table over flow and acceleration.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "base/result.h"
+#include "pressure_advance/commands/analysis_run.h"
+#include "pressure_advance/files/slicer_gcode.h"
+
+namespace trammel::app {
+
+/// Returns a slicer's pattern as the plan of its photo.
+[[nodiscard]] PhotoPlan PhotoPlanOf(const files::SlicerPattern& pattern, gcode::Dialect dialect);
+
+/// Measures all patterns in one photo, which are named by their places on the plate, or one in each
+/// photo, in the order of `print`. Prints each answer, and the table of the good ones.
+/// @returns the exit code: good if every pattern yields an answer.
+/// Errors (kInput): patterns of lines; another number of photos; a file that is no picture.
+[[nodiscard]] Result<int> RunPhotoBatch(const std::vector<std::string>& photos,
+                                        const files::SlicerPrint& print, bool json);
+
+}  // namespace trammel::app

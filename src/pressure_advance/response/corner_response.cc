@@ -1,0 +1,187 @@
+#include "pressure_advance/response/corner_response.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <span>
+
+#include "base/statistics.h"
+#include "pressure_advance/response/answer.h"
+#include "signal/zero_crossing.h"
+
+namespace trammel::pressure_advance {
+namespace {
+
+constexpr std::size_t kFewestCorners = 6;
+
+// 1 sigma of the surplus that the shape of a corner adds at any pressure advance: the fillet
+// inside, the round outside, shadows, filament that gains height instead of width. 0.06 mm by
+// windows and references on one real print, 0.1 mm on the first virtual prints (seeds below 20).
+constexpr double kShape_mm = 0.1;
+constexpr double kUnknownMotion_s = 0.003;  // of the window, without speed and acceleration
+constexpr double kMinSignificance = 5;      // of the slope, as for lines
+constexpr double kWidest = 0.15;            // half of the interval, as a part of the tested range
+
+// A corner's gap cannot become emptier than empty: flatter beyond the answer.
+const signal::ZeroCrossingOptions kOptions{
+    .bend_mean = 0, .bend_sigma = 0.15, .distance_sigma = 0.15, .may_saturate = true};
+
+std::string MotionText(const CornerMotion& motion) {
+  if (!motion.speed_mm_s) return "at the printed speed and acceleration";
+  std::string text = fmt::format("at {:.4g} mm/s", *motion.speed_mm_s);
+  if (motion.acceleration_mm_s2)
+    text += fmt::format(" and {:.4g} mm/s2", *motion.acceleration_mm_s2);
+  return text;
+}
+
+// Corners on both sides of the answer that decide it: farther ones bend the response.
+constexpr std::size_t kNear = 9;
+
+// Returns the index that parts surplus from lack with the least contradiction: corners before it
+// should have too much filament.
+std::size_t PartingOf(std::span<const double> surplus) {
+  std::size_t best = 0;
+  double least = 0;
+  for (const double y : surplus) least += std::pow(std::max(0.0, y), 2);
+  double sum = least;
+  for (std::size_t i = 0; i < surplus.size(); ++i) {
+    const double y = surplus[i];
+    sum += std::pow(std::min(0.0, y), 2) - std::pow(std::max(0.0, y), 2);
+    if (sum < least) {
+      least = sum;
+      best = i + 1;
+    }
+  }
+  return best;
+}
+
+// Fits the corners near the crossing.
+struct NearFit {
+  signal::ZeroCrossing fit;
+  std::size_t first = 0;  // of the sorted corners
+};
+
+std::optional<NearFit> FitNear(const std::vector<double>& x, const std::vector<double>& y,
+                               const std::vector<double>& sigma) {
+  const std::size_t count = std::min(kNear, x.size());
+  std::size_t middle = PartingOf(y);
+  std::optional<NearFit> best;
+  for (int round = 0; round < 3; ++round) {
+    const std::size_t first =
+        std::min(middle > count / 2 ? middle - count / 2 : 0, x.size() - count);
+    const auto part = [&](const std::vector<double>& all) {
+      return std::span(all).subspan(first, count);
+    };
+    const auto fit = signal::FitZeroCrossing(part(x), part(y), part(sigma), kOptions);
+    if (!fit) return std::nullopt;
+    best = NearFit{*fit, first};
+    const auto after = std::lower_bound(x.begin(), x.end(), fit->zero);
+    middle = static_cast<std::size_t>(after - x.begin());
+  }
+  return best;
+}
+
+RangedAnswer Judge(const signal::ZeroCrossing& fit, const CornerMotion& motion,
+                   const Interval& tested) {
+  if (!(fit.slope > kMinSignificance * fit.slope_sigma)) {
+    return {Measured::CannotTell(fmt::format(
+                "the corners do not become thinner with pressure advance (slope {:.3g} +- {:.2g} "
+                "mm/s); print lines (PA Line) instead, or a lower acceleration, if the values are "
+                "in order",
+                fit.slope, fit.slope_sigma)),
+            std::nullopt};
+  }
+  const double lines = std::hypot(fit.zero_sigma, fit.bend_shift);
+  const double unknown = motion.speed_mm_s && motion.acceleration_mm_s2 ? 0 : kUnknownMotion_s;
+  const double shape = kShape_mm / fit.slope;
+  const double sigma = std::sqrt(lines * lines + unknown * unknown + shape * shape);
+  const double freedom = std::max(1.0, fit.points - 3);
+  const double ratio = sigma * sigma / std::max(1e-12, lines * lines);
+  const double half = StudentT95(freedom * ratio * ratio) * sigma;
+  return JudgeInRange(
+      fit.zero, sigma, half, tested, kWidest,
+      fmt::format("the 95 % interval would reach {:.2g} s to either side on a tested range of "
+                  "{:.2g} s: {}; print lines (PA Line) instead",
+                  half, tested.hi - tested.lo,
+                  shape > lines ? "at this acceleration a corner tells little"
+                                : "the corners scatter too much"));
+}
+
+}  // namespace
+
+double CornerWindow_mm(const CornerMotion& motion) {
+  constexpr double kUnknown_mm = 3, kLeast_mm = 2.5, kMost_mm = 6;
+  if (!motion.speed_mm_s || !motion.acceleration_mm_s2) return kUnknown_mm;
+  const double v = *motion.speed_mm_s;
+  const double reach = v * motion.smooth_time_s / 2 + v * v / (2 * *motion.acceleration_mm_s2);
+  return std::clamp(reach, kLeast_mm, kMost_mm);
+}
+
+Analysis FitCorners(const std::vector<CornerSurplus>& corners, const CornerMotion& motion) {
+  Analysis analysis;
+  CornerResult& result = analysis.corners.emplace();
+  result.speed_mm_s = motion.speed_mm_s;
+  result.acceleration_mm_s2 = motion.acceleration_mm_s2;
+  result.half_window_mm = CornerWindow_mm(motion);
+  const std::size_t n = corners.size();
+  TransitionResult& response = result.response;
+  response.window_begin = -result.half_window_mm;
+  response.window_end = result.half_window_mm;
+  response.surplus_s.assign(n, 0);
+  response.sigma_s.assign(n, 0);
+  response.fitted_s.assign(n, 0);
+  std::vector<double> x, y, sigma;
+  std::vector<std::size_t> index;  // of the usable corners, by pressure advance
+  for (std::size_t i = 0; i < n; ++i) {
+    LineResult& line = analysis.lines.emplace_back();
+    line.pressure_advance_s = corners[i].pressure_advance_s;
+    line.reason = corners[i].unusable;
+    line.used = corners[i].unusable.empty();
+    if (line.used) index.push_back(i);
+  }
+  std::ranges::stable_sort(index, {}, [&](std::size_t i) { return corners[i].pressure_advance_s; });
+  for (const std::size_t i : index) {
+    x.push_back(corners[i].pressure_advance_s);
+    y.push_back(corners[i].surplus_mm);
+    sigma.push_back(corners[i].sigma_mm);
+  }
+  const auto answer = [&](RangedAnswer ranged) {
+    static_cast<RangedAnswer&>(analysis) = ranged;
+    response.pressure_advance = std::move(ranged.pressure_advance);
+    return analysis;
+  };
+  const auto near = x.size() < kFewestCorners ? std::nullopt : FitNear(x, y, sigma);
+  if (!near) {
+    return answer({Measured::Refused(fmt::format("{} of {} corners can be used, at least {} are "
+                                                 "needed",
+                                                 x.size(), n, kFewestCorners)),
+                   std::nullopt});
+  }
+  const signal::ZeroCrossing& fit = near->fit;
+  constexpr double kIgnored = 0.05;  // of a robust weight
+  const double per_mm_s = fit.slope > 0 ? 1 / fit.slope : 1;
+  for (std::size_t k = 0; k < index.size(); ++k) {
+    const std::size_t i = index[k], of_fit = k - near->first;
+    response.surplus_s[i] = y[k] * per_mm_s;
+    response.fitted_s[i] = signal::ResponseAt(fit, x[k]) * per_mm_s;
+    const bool is_near = k >= near->first && of_fit < fit.weight.size();
+    if (is_near && fit.weight[of_fit] > kIgnored) {
+      response.sigma_s[i] = std::hypot(sigma[k], fit.residual_scale) * per_mm_s;
+    } else {
+      analysis.lines[i].used = false;
+      analysis.lines[i].reason =
+          is_near ? "does not follow the other corners" : "too far from the answer to tell more";
+    }
+  }
+  RangedAnswer ranged = Judge(fit, motion, RangeOf(x));
+  if (ranged.pressure_advance.good()) {
+    analysis.notices.push_back(fmt::format(
+        "this is the value for corners {}; long lines may ask for more, where the filament's lag "
+        "falls with flow",
+        MotionText(motion)));
+  }
+  return answer(std::move(ranged));
+}
+
+}  // namespace trammel::pressure_advance

@@ -1,0 +1,43 @@
+// Pressure advance from the surplus of filament at corners.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "pressure_advance/profile/analysis.h"
+
+namespace trammel::pressure_advance {
+
+/// Reading of one candidate's corner.
+struct CornerSurplus {
+  double pressure_advance_s = 0;
+  double surplus_mm = 0;  ///< length of band in surplus around the corner; negative: missing
+  double sigma_mm = 0;    ///< 1 sigma of the reading's noise, > 0
+  std::string unusable;   ///< why this corner must not be used; empty if usable
+};
+
+/// Motion through the corners, as far as known.
+struct CornerMotion {
+  std::optional<double> speed_mm_s;
+  std::optional<double> acceleration_mm_s2;
+  double smooth_time_s = 0.04;  ///< of Klipper's pressure advance, its default; 0: none
+};
+
+/// Returns the distance from the corner, along the path, within which a pressure advance that is
+/// wrong adds or takes filament, mm: half the smooth time and the ramp, both at full speed. A
+/// longer window adds noise only. 3 mm where the motion is not known.
+[[nodiscard]] double CornerWindow_mm(const CornerMotion& motion);
+
+/// Fits the surplus over pressure advance (signal::FitZeroCrossing): filament is conserved, so that
+/// it falls through zero at the right value.
+///
+/// Around a corner the nozzle brakes and accelerates again; the answer is that of this short dip in
+/// the flow. Where the lag thins with flow it is below the answer of long lines.
+/// @returns an analysis with lines, `corners` and the answer: cannot-tell where the corners do not
+///   respond, the value may be outside the tested range, or its interval is too wide; refused with
+///   fewer than 6 usable corners.
+[[nodiscard]] Analysis FitCorners(const std::vector<CornerSurplus>& corners,
+                                  const CornerMotion& motion);
+
+}  // namespace trammel::pressure_advance

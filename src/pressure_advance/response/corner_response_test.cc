@@ -1,0 +1,71 @@
+// Crossing of the corners' surplus.
+#include "pressure_advance/response/corner_response.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+#include "base/random.h"
+
+namespace trammel::pressure_advance {
+namespace {
+
+using ::testing::HasSubstr;
+
+// Falls at 20 mm/s and bottoms out 20 ms beyond the right value, as gaps that are empty do.
+std::vector<CornerSurplus> Corners(double right_s, double noise_mm, std::uint64_t seed) {
+  Random random(seed);
+  std::vector<CornerSurplus> corners;
+  for (int i = 0; i <= 16; ++i) {
+    const double p = 0.005 * i;
+    const double surplus = std::max(20 * (right_s - p), -0.4);
+    corners.push_back({p, surplus + noise_mm * random.Normal(), 0.01, ""});
+  }
+  return corners;
+}
+
+constexpr CornerMotion kMotion{100, 3000, 0.04};
+
+TEST(CornerResponse, CrossesZeroAtTheRightValueInsideItsInterval) {
+  for (const double right_s : {0.02, 0.035, 0.06}) {
+    for (std::uint64_t seed = 1; seed <= 10; ++seed) {
+      const Analysis analysis = FitCorners(Corners(right_s, 0.05, seed), kMotion);
+      ASSERT_TRUE(analysis.pressure_advance.good()) << analysis.pressure_advance.reason();
+      const Quantity& q = analysis.pressure_advance.quantity();
+      EXPECT_NEAR(q.value, right_s, 0.004) << seed;
+      EXPECT_LE(q.interval95.lo, right_s) << seed;
+      EXPECT_GE(q.interval95.hi, right_s) << seed;
+    }
+  }
+}
+
+TEST(CornerResponse, GivesNoNumberOutsideOfTheRangeOrWithoutAResponse) {
+  const Analysis above = FitCorners(Corners(0.1, 0.05, 1), kMotion);
+  EXPECT_EQ(above.pressure_advance.verdict(), Verdict::kCannotTell);
+  std::vector<CornerSurplus> flat = Corners(0.04, 0.05, 2), rising = flat;
+  for (CornerSurplus& corner : flat)
+    corner.surplus_mm = corner.pressure_advance_s > 0.04 ? 0.05 : -0.05;
+  for (CornerSurplus& corner : rising) corner.surplus_mm *= -1;
+  EXPECT_EQ(FitCorners(flat, kMotion).pressure_advance.verdict(), Verdict::kCannotTell);
+  EXPECT_EQ(FitCorners(rising, kMotion).pressure_advance.verdict(), Verdict::kCannotTell);
+}
+
+TEST(CornerResponse, NeedsSixCornersAndSaysWhy) {
+  std::vector<CornerSurplus> corners = Corners(0.04, 0.02, 1);
+  for (std::size_t i = 5; i < corners.size(); ++i) corners[i].unusable = "glare";
+  const Analysis analysis = FitCorners(corners, kMotion);
+  EXPECT_EQ(analysis.pressure_advance.verdict(), Verdict::kRefused);
+  EXPECT_THAT(analysis.pressure_advance.reason(), HasSubstr("5 of 17 corners"));
+  EXPECT_EQ(analysis.lines.back().reason, "glare");
+}
+
+TEST(CornerResponse, WindowHoldsRampAndSmoothTimeWithinItsBounds) {
+  EXPECT_DOUBLE_EQ(CornerWindow_mm({}), 3);
+  EXPECT_DOUBLE_EQ(CornerWindow_mm({30, 3000, 0.04}), 2.5);
+  EXPECT_NEAR(CornerWindow_mm({100, 3000, 0.04}), 2 + 10000 / 6000.0, 1e-9);
+  EXPECT_DOUBLE_EQ(CornerWindow_mm({300, 1000, 0.04}), 6);
+}
+
+}  // namespace
+}  // namespace trammel::pressure_advance
