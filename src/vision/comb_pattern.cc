@@ -503,7 +503,8 @@ Curve BesideLines(const Curve& other, const std::vector<Rung>& rungs, int direct
 
 }  // namespace
 
-LinePattern TraceComb(const GrayImage& contrast, const GrayImage& seen, const CombPlaces& places) {
+LinePattern TraceComb(const GrayImage& contrast, const GrayImage& seen, const CombPlaces& places,
+                      bool framed) {
   TRAMMEL_CHECK(contrast.width == seen.width && contrast.height == seen.height &&
                     places.pitch_px > 0 && places.count >= 2 && contrast.width >= kZones,
                 "{} x {} and {} x {}, {} places {} px apart", contrast.width, contrast.height,
@@ -531,7 +532,8 @@ LinePattern TraceComb(const GrayImage& contrast, const GrayImage& seen, const Co
         rungs.size());
     return pattern;
   }
-  pattern.doubtful = DropBars(contrast, seen, left, right, pitch_px, bead_px, height, rungs);
+  if (framed)
+    pattern.doubtful = DropBars(contrast, seen, left, right, pitch_px, bead_px, height, rungs);
   pattern.pitch_px = pitch_px;
   pattern.bead_px = bead_px;
   for (std::size_t i = 0; i < rungs.size(); ++i) {

@@ -27,8 +27,9 @@ struct CombPlaces {
 /// rails end.
 /// @param contrast  filament higher than the plate beside it.
 /// @param seen      of the same size: above 0.5 where the photo shows the plane.
+/// @param framed  false if no bar closes the pattern beside its outer lines: none is dropped.
 /// @returns at least one rail, or a problem.
 [[nodiscard]] LinePattern TraceComb(const GrayImage& contrast, const GrayImage& seen,
-                                    const CombPlaces& places);
+                                    const CombPlaces& places, bool framed = true);
 
 }  // namespace trammel::vision

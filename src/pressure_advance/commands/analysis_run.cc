@@ -201,6 +201,7 @@ Result<AnalysisRun> AnalysePhoto(const std::filesystem::path& file, const PhotoP
   options.from = plan.from;
   options.start = plan.start;
   options.corner_mark = plan.corner_mark;
+  options.framed = plan.framed;
   options.slow_before = plan.segments.front().fraction;
   options.slow_after = plan.segments.back().fraction;
   pressure_advance::PhotoMeasurement seen = pressure_advance::MeasurePhoto(picture.view(), options);

@@ -48,6 +48,7 @@ struct PhotoPlan {
   std::optional<pressure_advance::PhotoSide> from;   ///< absent: found
   std::optional<pressure_advance::PhotoSide> start;  ///< printed start; absent: detected
   bool corner_mark = false;                          ///< PhotoOptions::corner_mark
+  bool framed = true;                                ///< PhotoOptions::framed
   std::optional<gcode::PrintedBy> printed_by = {};   ///< absent: not known
   std::vector<pressure_advance::Segment> segments =
       pressure_advance::PhotoSegments();       ///< of lines

@@ -179,6 +179,7 @@ PhotoPlan PhotoPlanOf(const SlicerPattern& pattern, gcode::Dialect dialect) {
   plan.form = pattern.form;
   if (pattern.form == PatternForm::kLines) {
     plan.segments = pattern.segments;
+    plan.framed = false;
   } else {
     plan.motion = {pattern.speed_mm_s, pattern.acceleration_mm_s2, pattern.smooth_time_s};
     plan.spacing_mm = pattern.spacing_mm;

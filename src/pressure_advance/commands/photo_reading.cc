@@ -92,6 +92,7 @@ Result<FoundPlan> LinesOf(const std::string& path, const PhotoReading& reading) 
     found.plan.form = PatternForm::kLines;
   } else if (form && reading.pattern != "trammel") {
     found.plan.segments = {{0.25, 20}, {0.5, 100}, {0.25, 20}};
+    found.plan.framed = false;
   } else {
     found.notice = "no --segments were given: 0.1:10,0.6:100,0.3:10 was taken";
   }

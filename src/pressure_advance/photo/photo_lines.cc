@@ -225,7 +225,7 @@ void DropLoneBars(vision::LinePattern& pattern, std::size_t wanted) {
 
 // Selects the views that agree on the number of places: some views miss an outer line or mistake a
 // shadow for one. The list does not decide, as it would select its own error.
-PhotoLines LinesOfComb(const Frame& measured, std::size_t wanted) {
+PhotoLines LinesOfComb(const Frame& measured, std::size_t wanted, bool framed) {
   struct Seen {
     double sum = 0;  // total strength of all views with this number of places
     std::optional<CombView> clearest;
@@ -237,7 +237,8 @@ PhotoLines LinesOfComb(const Frame& measured, std::size_t wanted) {
   std::string problem;
   const std::vector<vision::FoundComb> combs = vision::FindCombs(measured.view());
   for (const vision::FoundComb& comb : combs) {
-    std::optional<CombView> view = LookAtComb(measured.view(), comb, ChoosingSize_px(wanted));
+    std::optional<CombView> view =
+        LookAtComb(measured.view(), comb, ChoosingSize_px(wanted), framed);
     if (!view) continue;
     if (!view->line_pattern.problem.empty()) {
       if (problem.empty()) problem = view->line_pattern.problem;
@@ -264,7 +265,7 @@ PhotoLines LinesOfComb(const Frame& measured, std::size_t wanted) {
   }
   CombView& best = *most->second.clearest;
   std::optional<CombView> whole =
-      LookAtComb(measured.view(), *most->second.comb, kLongestRectified_px);
+      LookAtComb(measured.view(), *most->second.comb, kLongestRectified_px, framed);
   if (whole && whole->line_pattern.problem.empty() &&
       PlacesOf(whole->line_pattern) == most->first) {
     best = std::move(*whole);
@@ -278,7 +279,7 @@ PhotoLines LinesOfComb(const Frame& measured, std::size_t wanted) {
 
 }  // namespace
 
-PhotoLines FindPhotoLines(const BgrView& photo, std::size_t wanted) {
+PhotoLines FindPhotoLines(const BgrView& photo, std::size_t wanted, bool framed) {
   double scale = 1;
   Frame measured = vision::ShrinkToFit(photo, kLongestMeasured_px, kMaxMeasured_px, scale);
   constexpr int kSmallest_px = 16;
@@ -289,9 +290,13 @@ PhotoLines FindPhotoLines(const BgrView& photo, std::size_t wanted) {
   }
   const bool grey = vision::IsGrey(measured.view());
   if (grey) measured = vision::WithTexture(measured.view());
-  result = LinesInFrame(measured, wanted);
-  if (!result.problem.empty() || !HasPlaces(result.line_pattern, wanted)) {
-    PhotoLines comb = LinesOfComb(measured, wanted);
+  if (framed) {
+    result = LinesInFrame(measured, wanted);
+  } else {
+    result = LinesOfComb(measured, wanted, framed);
+  }
+  if (framed && (!result.problem.empty() || !HasPlaces(result.line_pattern, wanted))) {
+    PhotoLines comb = LinesOfComb(measured, wanted, framed);
     if (comb.problem.empty()) DropLoneBars(comb.line_pattern, wanted);
     // A frame with another number of lines is closed by the picture's border, or a part.
     if (comb.problem.empty() && (!result.problem.empty() || comb.line_pattern.rungs.size() >=

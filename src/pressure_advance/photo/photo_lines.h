@@ -24,8 +24,9 @@ struct PhotoLines {
 /// If none has that number, searches equally spaced lines without a frame, and selects these unless
 /// they are fewer.
 /// @param wanted  number of lines expected, >= 2; another number is found and reported as well.
+/// @param framed  PhotoOptions::framed
 /// REQUIRES a photo of at least 16 px each way.
-[[nodiscard]] PhotoLines FindPhotoLines(const BgrView& photo, std::size_t wanted);
+[[nodiscard]] PhotoLines FindPhotoLines(const BgrView& photo, std::size_t wanted, bool framed);
 
 /// Counts the places for lines in a line pattern: its rungs and the empty places between them.
 [[nodiscard]] std::size_t PlacesOf(const vision::LinePattern& line_pattern);

@@ -288,7 +288,7 @@ vision::GrayImage LinesAndSpaces(const vision::GrayImage& seen, const vision::Co
 }  // namespace
 
 std::optional<CombView> LookAtComb(const BgrView& photo, const vision::FoundComb& comb,
-                                   double longest_px) {
+                                   double longest_px, bool framed) {
   using vision::Distance_px;
   const vision::Quad& corners = comb.corners;
   double width = std::max(Distance_px(corners[0], corners[1]), Distance_px(corners[3], corners[2]));
@@ -316,7 +316,7 @@ std::optional<CombView> LookAtComb(const BgrView& photo, const vision::FoundComb
       vision::FindContrast(view.picture.view(), LinesAndSpaces(seen, places), surroundings);
   if (!weights) return std::nullopt;
   view.contrast = vision::Mix(view.picture.view(), *weights);
-  view.line_pattern = vision::TraceComb(view.contrast, seen, places);
+  view.line_pattern = vision::TraceComb(view.contrast, seen, places, framed);
   return view;
 }
 

@@ -38,8 +38,10 @@ struct CombView {
 
 /// Rectifies a comb to a top view and traces its lines.
 /// @param longest_px  maximum of its longer side after reduction
+/// @param framed      as for TraceComb
 /// @returns nothing if it is too small, or filament and plate look alike.
 [[nodiscard]] std::optional<CombView> LookAtComb(const BgrView& photo,
-                                                 const vision::FoundComb& comb, double longest_px);
+                                                 const vision::FoundComb& comb, double longest_px,
+                                                 bool framed);
 
 }  // namespace trammel::pressure_advance

@@ -33,6 +33,9 @@ struct PhotoOptions {
   /// (PatternConfig::corner_mark). It determines both sides if they are not set. Otherwise no mark
   /// is searched, since a blob of filament may resemble one.
   bool corner_mark = false;
+  /// False for patterns of other tools, which have no bar beside their outer lines: bars at the
+  /// lines' ends are enough, and no outer line is taken for a bar.
+  bool framed = true;
   double slow_before = 0.1;  ///< planned fraction of a line before its fast segment, (0, 1)
   double slow_after = 0.3;   ///< planned fraction of a line behind its fast segment, (0, 1)
 };
