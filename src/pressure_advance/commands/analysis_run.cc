@@ -192,7 +192,8 @@ Result<AnalysisRun> AnalysePhoto(const std::filesystem::path& file, const PhotoP
   if (plan.form != PatternForm::kLines) {
     const auto view = pressure_advance::ViewChevrons(picture.view());
     if (view.problem.empty()) return AnalyseCorners(file.string(), view, plan);
-    if (plan.form == PatternForm::kCorners) {
+    // Arms of chevrons are not read as lines.
+    if (plan.form == PatternForm::kCorners || view.found.count > 0) {
       return RefusedRun(fmt::format("{}: {}", file.string(), view.problem));
     }
   }

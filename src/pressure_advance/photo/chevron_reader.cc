@@ -184,39 +184,34 @@ struct Line {
   [[nodiscard]] double operator()(double y) const { return c0 + c1 * y; }
 };
 
-struct Fit {
+// Fits by Tukey's biweight. geometry::FitRobustLine, through pairs of points, scatters too much to
+// be continued to the apex.
+Line FitLine(const std::vector<double>& y, const std::vector<double>& x) {
+  constexpr int kRounds = 6;
+  constexpr double kMinScatter_px = 0.05, kOutlier = 4;
   Line line;
-  double scatter = 0;
-  std::size_t points = 0;
-};
-
-Fit FitLine(const std::vector<double>& y, const std::vector<double>& x) {
-  Fit fit;
-  fit.points = x.size();
-  std::vector<double> weight(x.size(), 1);
-  for (int round = 0; round < 6; ++round) {
+  std::vector<double> weight(x.size(), 1), off(x.size());
+  for (int round = 0; round < kRounds; ++round) {
     double w = 0, sx = 0, sy = 0, sxy = 0, syy = 0;
     for (std::size_t i = 0; i < x.size(); ++i) {
       w += weight[i];
       sx += weight[i] * x[i];
       sy += weight[i] * y[i];
     }
-    const double mx = sx / w, my = sy / w;
     for (std::size_t i = 0; i < x.size(); ++i) {
-      sxy += weight[i] * (x[i] - mx) * (y[i] - my);
-      syy += weight[i] * (y[i] - my) * (y[i] - my);
+      sxy += weight[i] * (x[i] - sx / w) * (y[i] - sy / w);
+      syy += weight[i] * (y[i] - sy / w) * (y[i] - sy / w);
     }
-    fit.line.c1 = syy > 0 ? sxy / syy : 0;
-    fit.line.c0 = mx - fit.line.c1 * my;
-    std::vector<double> off;
-    for (std::size_t i = 0; i < x.size(); ++i) off.push_back(x[i] - fit.line(y[i]));
-    fit.scatter = std::max(0.05, RobustStandardDeviation(off));
+    line.c1 = syy > 0 ? sxy / syy : 0;
+    line.c0 = (sx - line.c1 * sy) / w;
+    for (std::size_t i = 0; i < x.size(); ++i) off[i] = x[i] - line(y[i]);
+    const double scatter = std::max(kMinScatter_px, RobustStandardDeviation(off));
     for (std::size_t i = 0; i < x.size(); ++i) {
-      const double r = off[i] / (4 * fit.scatter);
+      const double r = off[i] / (kOutlier * scatter);
       weight[i] = std::abs(r) < 1 ? std::pow(1 - r * r, 2) : 0;
     }
   }
-  return fit;
+  return line;
 }
 
 // Edges of one arm: columns over the rows' distance from the apexes' row (signed, px).
@@ -271,8 +266,8 @@ Arm EdgesOf(const ChevronView& view, int chevron, int side) {
   }
   const auto rows = static_cast<std::size_t>(std::abs(end - begin) + 1);
   if (2 * inner.size() < rows || 2 * outer.size() < rows) return arm;
-  arm.inner = FitLine(y_inner, inner).line;
-  arm.outer = FitLine(y_outer, outer).line;
+  arm.inner = FitLine(y_inner, inner);
+  arm.outer = FitLine(y_outer, outer);
   arm.seen = true;
   return arm;
 }
@@ -426,6 +421,7 @@ ChevronView ViewChevrons(const BgrView& photo, const vision::FoundChevrons& foun
     if (SeparateBands(photo, view)) return view;
   }
   ChevronView view;
+  view.found = found;
   view.problem =
       "the pattern is not seen as a whole, or filament and plate look alike. All of it must be in "
       "the picture, sharp and without glare";
@@ -452,8 +448,25 @@ std::vector<double> WindowSums(const std::vector<double>& values, std::size_t ro
   return sums;
 }
 
+// True if the photo shows a corner with the space around it, to the ends of its straight arms.
+bool ShowsCorner(const ChevronView& view, int chevron) {
+  for (const int side : {-1, 1}) {
+    for (const double t : {0.0, kStraightBegin, kStraightEnd}) {
+      const int y = RowOf(view, side, t);
+      for (const double off : {-0.5, 0.5}) {
+        if (!view.Shows(ColumnOf(view, chevron, y, off), y)) return false;
+      }
+    }
+  }
+  return true;
+}
+
 ChevronReading ReadCorner(const ChevronView& view, int chevron, double half_rows) {
   ChevronReading reading;
+  if (!ShowsCorner(view, chevron)) {
+    reading.unusable = "the photo does not show all of this corner";
+    return reading;
+  }
   const IdealBand band{EdgesOf(view, chevron, -1), EdgesOf(view, chevron, 1)};
   if (!band.above.seen || !band.below.seen) {
     reading.unusable = "an arm's edges are not seen";

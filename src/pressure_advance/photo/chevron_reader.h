@@ -22,13 +22,13 @@ struct ChevronReading {
 
 /// Chevrons straight from above.
 struct ChevronView {
-  std::string problem;  ///< why there is none, and the remedy; empty if there is one
-  vision::FoundChevrons found;
-  Frame picture;           ///< apexes to the right, never mirrored
-  vision::GrayImage fill;  ///< same size: 0 on plate … 1 on filament
-  double spacing_px = 0;   ///< of neighbouring apexes
-  double first_x_px = 0;   ///< column of the first apex's middle
-  double apex_y_px = 0;    ///< row of the apexes
+  std::string problem;          ///< why there is none, and the remedy; empty if there is one
+  vision::FoundChevrons found;  ///< with a problem: count 0 where no chevrons are seen
+  Frame picture;                ///< apexes to the right, never mirrored
+  vision::GrayImage fill;       ///< same size: 0 on plate … 1 on filament
+  double spacing_px = 0;        ///< of neighbouring apexes
+  double first_x_px = 0;        ///< column of the first apex's middle
+  double apex_y_px = 0;         ///< row of the apexes
   /// Distance of the frame's inner edge from the apexes' row, in spacings; absent: no frame is
   /// seen.
   std::optional<double> frame;
