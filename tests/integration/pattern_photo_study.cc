@@ -33,7 +33,7 @@ StudyAnswer AnswerOf(sim::PatternKind kind, std::uint64_t seed,
   StudyAnswer answer;
   answer.truth = {truth, truth};
   const auto run =
-      app::AnalysePhoto(file, app::PhotoPlanOf(print->patterns.front(), print->dialect));
+      app::AnalysePhoto(file, app::PhotoPlanOf(print->patterns.front(), print->printed_by));
   EXPECT_TRUE(run.has_value()) << seed;
   answer.measured = run->analysis.pressure_advance;
   return answer;

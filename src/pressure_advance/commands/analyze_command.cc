@@ -25,7 +25,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-Result<AnalysisRun> RunReader(const LocalAnalysis& arguments) {
+Result<AnalysisRun> RunReader(const LocalAnalysis& arguments, const files::SlicerPrint* print) {
   const fs::path path = arguments.path;
   std::error_code ignored;
   if (!fs::exists(path, ignored)) {
@@ -35,7 +35,7 @@ Result<AnalysisRun> RunReader(const LocalAnalysis& arguments) {
                     path.string()));
   }
   if (!fs::is_directory(path, ignored)) {
-    if (arguments.flow_reference.empty()) return ReadPhoto(arguments.path, arguments.photo);
+    if (arguments.flow_reference.empty()) return ReadPhoto(arguments.path, arguments.photo, print);
     return Fail(
         fmt::format("--flow-reference: {} is a photo, which shows no flow ratio: its beads' "
                     "height is not seen",
@@ -68,22 +68,23 @@ std::string ToApply(const LocalAnalysis& arguments, double value_s) {
 
 Result<int> RunLocalAnalysis(const LocalAnalysis& arguments) {
   const std::string& gcode = arguments.photo.gcode;
-  if (!gcode.empty() || !arguments.more.empty()) {
-    if (gcode.empty()) return Fail("several photos need the G-code that was printed (--gcode)");
-    const files::SlicerPrint print = TRY(files::ReadSlicerGcode(gcode));
-    if (print.patterns.size() > 1 || !arguments.more.empty()) {
-      if (const std::string option = FirstOutput(arguments.output.files); !option.empty()) {
-        return Fail(fmt::format("{} is for one pattern; {} holds {}", option, gcode,
-                                print.patterns.size()));
-      }
-      std::vector<std::string> photos = arguments.more;
-      photos.insert(photos.begin(), arguments.path);
-      return RunPhotoBatch(photos, print, arguments.output.json);
+  if (gcode.empty() && !arguments.more.empty()) {
+    return Fail("several photos need the G-code that was printed (--gcode)");
+  }
+  std::optional<files::SlicerPrint> print;
+  if (!gcode.empty()) print = TRY(files::ReadSlicerGcode(gcode));
+  if (print && (print->patterns.size() > 1 || !arguments.more.empty())) {
+    if (const std::string option = FirstOutput(arguments.output.files); !option.empty()) {
+      return Fail(
+          fmt::format("{} is for one pattern; {} holds {}", option, gcode, print->patterns.size()));
     }
+    std::vector<std::string> photos = arguments.more;
+    photos.insert(photos.begin(), arguments.path);
+    return RunPhotoBatch(photos, *print, arguments.output.json);
   }
   TRY(CheckOutputs(arguments.output.files));
   const SlowWork work("analysing " + arguments.path);
-  const auto run = TRY(RunReader(arguments));
+  const auto run = TRY(RunReader(arguments, print ? &*print : nullptr));
   ResultFile result = ResultOf(run.analysis, arguments.path);
   result.outcome.subject = SubjectIn(arguments.path);
   const int code = PrintAnalysis(run, result, arguments.output);

@@ -88,14 +88,14 @@ struct Row {
 };
 
 Row Measure(const std::string& photo, const ChevronView& view, const SlicerPattern& pattern,
-            gcode::Dialect dialect) {
+            const std::optional<gcode::PrintedBy>& printed_by) {
   if (!view.problem.empty()) {
     Row row{&pattern, {}};
     row.run.analysis.pressure_advance =
         Measured::Refused(fmt::format("{}: {}", photo, view.problem));
     return row;
   }
-  return {&pattern, AnalyseCorners(photo, view, PhotoPlanOf(pattern, dialect))};
+  return {&pattern, AnalyseCorners(photo, view, PhotoPlanOf(pattern, printed_by))};
 }
 
 Result<std::vector<Row>> MeasureAll(const std::vector<std::string>& photos,
@@ -118,7 +118,7 @@ Result<std::vector<Row>> MeasureAll(const std::vector<std::string>& photos,
     for (std::size_t i = 0; i < found.size(); ++i) {
       rows.push_back(Measure(photos.front(),
                              pressure_advance::ViewChevrons(picture.view(), found[i]),
-                             patterns[names[i]], print.dialect));
+                             patterns[names[i]], print.printed_by));
     }
     std::ranges::sort(rows, {}, &Row::pattern);
     return rows;
@@ -126,7 +126,7 @@ Result<std::vector<Row>> MeasureAll(const std::vector<std::string>& photos,
   for (std::size_t i = 0; i < photos.size(); ++i) {
     const Frame picture = TRY(machine::ReadPhotoFile(photos[i]));
     rows.push_back(Measure(photos[i], pressure_advance::ViewChevrons(picture.view()), patterns[i],
-                           print.dialect));
+                           print.printed_by));
   }
   return rows;
 }
@@ -172,10 +172,11 @@ void Print(const Row& row) {
 
 }  // namespace
 
-PhotoPlan PhotoPlanOf(const SlicerPattern& pattern, gcode::Dialect dialect) {
+PhotoPlan PhotoPlanOf(const SlicerPattern& pattern,
+                      const std::optional<gcode::PrintedBy>& printed_by) {
   PhotoPlan plan;
   plan.pressure_advance_s = pattern.pressure_advance_s;
-  plan.printed_by = gcode::PrintedBy{dialect, 0};
+  plan.printed_by = printed_by;
   plan.form = pattern.form;
   if (pattern.form == PatternForm::kLines) {
     plan.segments = pattern.segments;
@@ -193,6 +194,11 @@ Result<int> RunPhotoBatch(const std::vector<std::string>& photos, const files::S
     if (pattern.form != PatternForm::kCorners) {
       return Fail("the file holds several patterns of lines; print and photograph one at a time");
     }
+  }
+  constexpr std::size_t kMaxPatterns = 50;  // each is searched for seconds; a plate holds about 20
+  if (print.patterns.size() > kMaxPatterns) {
+    return Fail(fmt::format("the file holds {} patterns, more than {}", print.patterns.size(),
+                            kMaxPatterns));
   }
   if (photos.size() != 1 && photos.size() != print.patterns.size()) {
     return Fail(

@@ -1,6 +1,7 @@
 // Photos of several patterns of corners from one file: a table over flow and acceleration.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -11,12 +12,14 @@
 namespace trammel::app {
 
 /// Returns a slicer's pattern as the plan of its photo.
-[[nodiscard]] PhotoPlan PhotoPlanOf(const files::SlicerPattern& pattern, gcode::Dialect dialect);
+[[nodiscard]] PhotoPlan PhotoPlanOf(const files::SlicerPattern& pattern,
+                                    const std::optional<gcode::PrintedBy>& printed_by);
 
 /// Measures all patterns in one photo, which are named by their places on the plate, or one in each
 /// photo, in the order of `print`. Prints each answer, and the table of the good ones.
 /// @returns the exit code: good if every pattern yields an answer.
-/// Errors (kInput): patterns of lines; another number of photos; a file that is no picture.
+/// Errors (kInput): patterns of lines, or more than 50; another number of photos; a file that is no
+/// picture.
 [[nodiscard]] Result<int> RunPhotoBatch(const std::vector<std::string>& photos,
                                         const files::SlicerPrint& print, bool json);
 

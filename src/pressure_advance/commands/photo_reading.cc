@@ -68,11 +68,11 @@ Result<void> CheckDuplicates(const std::string& source, std::vector<double> valu
 }
 
 // Returns values and motion from one of the options, else from the plan found.
-Result<FoundPlan> LinesOf(const std::string& path, const PhotoReading& reading) {
+Result<FoundPlan> LinesOf(const std::string& path, const PhotoReading& reading,
+                          const files::SlicerPrint* print) {
   if (!reading.plan.empty()) return FoundPlan{TRY(ReadPhotoPlan(reading.plan)), ""};
-  if (!reading.gcode.empty()) {
-    const files::SlicerPrint print = TRY(files::ReadSlicerGcode(reading.gcode));
-    return FoundPlan{PhotoPlanOf(print.patterns.front(), print.dialect), ""};
+  if (print != nullptr) {
+    return FoundPlan{PhotoPlanOf(print->patterns.front(), print->printed_by), ""};
   }
   const auto form = TRY(FormOf(reading.pattern));
   if (reading.pa.empty()) {
@@ -99,11 +99,12 @@ Result<FoundPlan> LinesOf(const std::string& path, const PhotoReading& reading) 
   return found;
 }
 
-Result<FoundPlan> PlanOf(const std::string& path, const PhotoReading& reading) {
+Result<FoundPlan> PlanOf(const std::string& path, const PhotoReading& reading,
+                         const files::SlicerPrint* print) {
   std::optional<PhotoSide> from, start;
   if (!reading.from.empty()) from = TRY(ParseSide("--from", reading.from));
   if (!reading.start.empty()) start = TRY(ParseSide("--start", reading.start));
-  Result<FoundPlan> found = LinesOf(path, reading);
+  Result<FoundPlan> found = LinesOf(path, reading, print);
   if (!found) return found;
   PhotoPlan& plan = found->plan;
   plan.from = from;
@@ -185,8 +186,9 @@ std::string FirstOutput(const ReportFiles& files) {
   return "";
 }
 
-Result<AnalysisRun> ReadPhoto(const std::string& path, const PhotoReading& reading) {
-  const FoundPlan found = TRY(PlanOf(path, reading));
+Result<AnalysisRun> ReadPhoto(const std::string& path, const PhotoReading& reading,
+                              const files::SlicerPrint* print) {
+  const FoundPlan found = TRY(PlanOf(path, reading, print));
   Result<AnalysisRun> run = AnalysePhoto(path, found.plan);
   if (run && !run->analysis.corners && !found.notice.empty()) {
     run->analysis.notices.push_back(found.notice);

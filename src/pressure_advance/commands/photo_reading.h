@@ -6,6 +6,7 @@
 
 #include "base/result.h"
 #include "pressure_advance/commands/analysis_run.h"
+#include "pressure_advance/files/slicer_gcode.h"
 
 namespace CLI {
 class App;
@@ -34,8 +35,10 @@ void AddPhotoReadingOptions(CLI::App& command, PhotoReading& reading);
 [[nodiscard]] std::string FirstOutput(const ReportFiles& files);
 
 /// Analyses the photo by the options' plan, else by the plan that FindPlanOf finds.
+/// @param print  content of --gcode; null without it
 /// Errors: those of the options, of the plan and of AnalysePhoto.
-[[nodiscard]] Result<AnalysisRun> ReadPhoto(const std::string& path, const PhotoReading& reading);
+[[nodiscard]] Result<AnalysisRun> ReadPhoto(const std::string& path, const PhotoReading& reading,
+                                            const files::SlicerPrint* print);
 
 /// Analysis of a recording or a photo on this computer.
 struct LocalAnalysis {

@@ -11,6 +11,7 @@
 #include <numbers>
 #include <utility>
 
+#include "base/statistics.h"
 #include "files/whole_file.h"
 
 namespace trammel::files {
@@ -95,14 +96,14 @@ struct Reader {
   bool known = false;
   double smooth_time_s = 0.04;  // Klipper's default
   bool smooth_time_changes = false;
-  std::optional<gcode::Dialect> dialect;
+  std::optional<gcode::PrintedBy> printed_by;
   std::vector<Extrusion> extrusions;
 
-  void SetAdvance(std::optional<double> value, gcode::Dialect by) {
+  void SetAdvance(std::optional<double> value, std::optional<gcode::PrintedBy> by) {
     if (!value) return;
     pressure_advance_s = *value;
     known = true;
-    dialect = by;
+    printed_by = by;
   }
 
   void Move(const Command& command);
@@ -146,15 +147,22 @@ void Reader::Do(const Command& command) {
     z = command.Find("Z").value_or(z);
     e = command.Find("E").value_or(e);
   } else if (name == "SET_PRESSURE_ADVANCE") {
-    SetAdvance(command.Find("ADVANCE"), gcode::Dialect::kKlipper);
+    SetAdvance(command.Find("ADVANCE"), gcode::PrintedBy{gcode::Dialect::kKlipper, 0});
     if (const auto smooth = command.Find("SMOOTH_TIME")) {
       smooth_time_changes |= !extrusions.empty() && *smooth != smooth_time_s;
       smooth_time_s = *smooth;
     }
   } else if (name == "M900") {
-    SetAdvance(command.Find("K"), gcode::Dialect::kMarlin);
+    const bool bambu = command.Find("L") && command.Find("M");
+    SetAdvance(command.Find("K"),
+               gcode::PrintedBy{bambu ? gcode::Dialect::kBambu : gcode::Dialect::kMarlin, 0});
   } else if (name == "M572") {
-    SetAdvance(command.Find("S"), gcode::Dialect::kRepRapFirmware);
+    std::optional<gcode::PrintedBy> by;
+    const auto drive = command.Find("D");
+    if (drive && *drive >= 0 && *drive <= 31) {  // as PatternConfig::extruder_drive
+      by = gcode::PrintedBy{gcode::Dialect::kRepRapFirmware, static_cast<int>(*drive)};
+    }
+    SetAdvance(command.Find("S"), by);
   } else if (name == "M204") {
     const auto both = command.Find("S");
     acceleration_mm_s2 = command.Find("P").value_or(both.value_or(acceleration_mm_s2));
@@ -322,11 +330,6 @@ std::vector<Row> Rows(std::vector<Candidate> candidates, PatternForm form) {
   return rows;
 }
 
-double Steadiest(std::vector<double> values) {
-  std::nth_element(values.begin(), values.begin() + values.size() / 2, values.end());
-  return values[values.size() / 2];
-}
-
 SlicerPattern PatternOf(const Row& row, PatternForm form, const std::vector<double>& heights,
                         const Reader& reader) {
   SlicerPattern pattern;
@@ -337,12 +340,13 @@ SlicerPattern PatternOf(const Row& row, PatternForm form, const std::vector<doub
     if (i > 0) steps.push_back(PlaceOf(row[i], form) - PlaceOf(row[i - 1], form));
   }
   const Candidate& one = row.front();
-  pattern.spacing_mm = Steadiest(steps);
+  pattern.spacing_mm = Median(steps);
   pattern.length_mm = one.length_mm;
   pattern.speed_mm_s = one.speed_mm_s;
   pattern.flow_mm3_s = one.filament_mm_s * kFilamentArea_mm2;
   if (one.acceleration_mm_s2 > 0) pattern.acceleration_mm_s2 = one.acceleration_mm_s2;
-  if (reader.dialect == gcode::Dialect::kKlipper) pattern.smooth_time_s = reader.smooth_time_s;
+  const auto& by = reader.printed_by;
+  if (by && by->dialect == gcode::Dialect::kKlipper) pattern.smooth_time_s = reader.smooth_time_s;
   if (form == PatternForm::kCorners) pattern.heading_rad = std::atan2(one.dy, one.dx);
   if (form == PatternForm::kLines) {
     for (std::size_t part = 0; part < 3; ++part) {
@@ -428,7 +432,7 @@ Result<SlicerPrint> FindSlicerPatterns(std::string_view gcode, const std::string
   }
   SlicerPrint print;
   std::vector<double> heights_of;  // z of each pattern
-  print.dialect = reader.dialect.value_or(gcode::Dialect::kKlipper);
+  print.printed_by = reader.printed_by;
   for (const PatternForm form : {PatternForm::kLines, PatternForm::kCorners}) {
     const auto& candidates = form == PatternForm::kLines ? lines : chevrons;
     const std::vector<double> heights = HeightsOf(candidates);

@@ -35,7 +35,8 @@ struct SlicerPattern {
 
 struct SlicerPrint {
   std::vector<SlicerPattern> patterns;  ///< left to right, then front to back
-  gcode::Dialect dialect = gcode::Dialect::kKlipper;
+  /// Absent where the commands do not say: M572 S without D is RepRapFirmware's or Prusa's.
+  std::optional<gcode::PrintedBy> printed_by;
 };
 
 /// Largest file that is read: a plate full of patterns with all comments has 30 MB.

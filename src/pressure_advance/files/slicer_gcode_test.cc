@@ -50,7 +50,7 @@ std::string Lines() {
 TEST(SlicerGcode, ChevronsAreOneCandidateForTheirWallsOnTheTopLayer) {
   const auto print = FindSlicerPatterns(Chevrons(60, 40, 120), "a.gcode");
   ASSERT_TRUE(print.has_value()) << print.error().message;
-  EXPECT_EQ(print->dialect, gcode::Dialect::kMarlin);
+  EXPECT_EQ(print->printed_by, (gcode::PrintedBy{gcode::Dialect::kMarlin, 0}));
   ASSERT_EQ(print->patterns.size(), 1U);
   const SlicerPattern& pattern = print->patterns.front();
   EXPECT_EQ(pattern.form, PatternForm::kCorners);
@@ -75,7 +75,7 @@ TEST(SlicerGcode, ABatchIsListedFrontToBackAndLeftToRight) {
 TEST(SlicerGcode, LinesHaveTheirSegments) {
   const auto print = FindSlicerPatterns(Lines(), "a.gcode");
   ASSERT_TRUE(print.has_value()) << print.error().message;
-  EXPECT_EQ(print->dialect, gcode::Dialect::kKlipper);
+  EXPECT_EQ(print->printed_by, (gcode::PrintedBy{gcode::Dialect::kKlipper, 0}));
   ASSERT_EQ(print->patterns.size(), 1U);
   const SlicerPattern& pattern = print->patterns.front();
   EXPECT_EQ(pattern.form, PatternForm::kLines);
@@ -85,6 +85,30 @@ TEST(SlicerGcode, LinesHaveTheirSegments) {
                           pressure_advance::Segment{0.25, 20}));
   EXPECT_NEAR(pattern.spacing_mm, 3.5, 1e-9);
   EXPECT_EQ(pattern.acceleration_mm_s2, 2500);
+}
+
+TEST(SlicerGcode, TheCommandsTellTheFirmwareOrLeaveItOpen) {
+  struct Row {
+    const char* before;
+    const char* behind;
+    std::optional<gcode::PrintedBy> by;
+  };
+  const Row rows[] = {
+      {"M900 K", " L1000 M10", gcode::PrintedBy{gcode::Dialect::kBambu, 0}},
+      {"M572 D1 S", "", gcode::PrintedBy{gcode::Dialect::kRepRapFirmware, 1}},
+      {"M572 S", "", std::nullopt},
+  };
+  for (const Row& row : rows) {
+    std::string gcode = Chevrons(60, 40, 120);
+    for (std::size_t at = 0; (at = gcode.find("M900 K", at)) != std::string::npos;) {
+      gcode.insert(gcode.find('\n', at), row.behind);
+      gcode.replace(at, 6, row.before);
+      at += 6;
+    }
+    const auto print = FindSlicerPatterns(gcode, "a.gcode");
+    ASSERT_TRUE(print.has_value()) << row.before << print.error().message;
+    EXPECT_EQ(print->printed_by, row.by) << row.before;
+  }
 }
 
 struct Refused {
