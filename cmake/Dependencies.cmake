@@ -11,6 +11,7 @@ find_package(OpenSSL REQUIRED)
 find_package(Boost 1.81 REQUIRED)
 find_package(JPEG REQUIRED)
 pkg_check_modules(png REQUIRED IMPORTED_TARGET libpng)
+pkg_check_modules(zip REQUIRED IMPORTED_TARGET libzip)
 pkg_check_modules(cairo REQUIRED IMPORTED_TARGET cairo)
 # By name: SQLiteCpp's own target brings -pthread, with which no precompiled header matches.
 pkg_check_modules(sqlite REQUIRED IMPORTED_TARGET sqlite3)

@@ -26,6 +26,7 @@
 #include "part_alignment/mesh/solid_mesh.h"
 #include "pressure_advance/files/plan_file.h"
 #include "pressure_advance/files/recording.h"
+#include "pressure_advance/files/slicer_gcode.h"
 #include "pressure_advance/pattern/pattern.h"
 #include "session/run_journal.h"
 #include "settings/material.h"
@@ -79,6 +80,7 @@ FILE_TARGET(offset_history, "offsets.jsonl", files::ReadOffsetChanges(path))
 FILE_TARGET(part_file, "part.json", files::ReadPartFile(path, files::ReadMeshFile))
 FILE_TARGET(pattern_prints, "patterns.jsonl",
             files::LastPatternPrint(path, "voron", files::PrintsFor::kEither))
+FILE_TARGET(slicer_gcode, "plate.gcode", files::ReadSlicerGcode(path))
 FILE_TARGET(start_file, "start.json", files::ReadStart(path.parent_path()))
 FILE_TARGET(supports_file, "supports.json", files::ReadSupportsFile(path))
 FILE_TARGET(scale_bar_file, "part.json", files::ReadScaleBarFile(path))

@@ -13,6 +13,7 @@
 
 #include "base/statistics.h"
 #include "files/whole_file.h"
+#include "pressure_advance/files/gcode_archive.h"
 
 namespace trammel::files {
 namespace {
@@ -463,8 +464,36 @@ Result<SlicerPrint> FindSlicerPatterns(std::string_view gcode, const std::string
   return print;
 }
 
+namespace {
+
+// Joins the patterns of all plates; a plate of the archive may hold other things.
+Result<SlicerPrint> FindOnPlates(const std::vector<std::string>& plates, const std::string& file) {
+  std::optional<SlicerPrint> all;
+  Result<SlicerPrint> last = SlicerPrint{};
+  for (const std::string& plate : plates) {
+    last = FindSlicerPatterns(plate, file);
+    if (!last) continue;
+    if (!all) all = SlicerPrint{{}, last->printed_by};
+    all->patterns.insert(all->patterns.end(), last->patterns.begin(), last->patterns.end());
+  }
+  if (!all) return last;
+  return *std::move(all);
+}
+
+}  // namespace
+
 Result<SlicerPrint> ReadSlicerGcode(const std::filesystem::path& file) {
   const std::string text = TRY(ReadWholeFile(file, kLargestSlicerGcode));
+  if (IsArchive(text)) {
+    return FindOnPlates(TRY(ReadGcodeArchive(text, file.string(), kLargestSlicerGcode)),
+                        file.string());
+  }
+  if (text.starts_with("GCDE")) {
+    return Fail(fmt::format(
+        "{}: is binary G-code, which is not read: turn it off in PrusaSlicer (Printer Settings, "
+        "General, Supports binary G-code) and export the file again",
+        file.string()));
+  }
   return FindSlicerPatterns(text, file.string());
 }
 

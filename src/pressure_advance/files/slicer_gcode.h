@@ -50,7 +50,8 @@ inline constexpr std::size_t kLargestSlicerGcode = std::size_t{128} << 20;
 [[nodiscard]] Result<SlicerPrint> FindSlicerPatterns(std::string_view gcode,
                                                      const std::string& file);
 
-/// Reads the file, then as above.
+/// Reads a text of G-code, or the plates of a 3MF archive; then as above. Patterns of an archive
+/// are listed plate by plate. Errors: also binary G-code, and those of ReadGcodeArchive.
 [[nodiscard]] Result<SlicerPrint> ReadSlicerGcode(const std::filesystem::path& file);
 
 }  // namespace trammel::files

@@ -4,8 +4,17 @@
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <zip.h>
 
+#include <filesystem>
 #include <string>
+#include <utility>
+#include <vector>
+
+#include "files/new_file.h"
+#include "files/whole_file.h"
+#include "pressure_advance/files/gcode_archive.h"
+#include "support/temporary_folder.h"
 
 namespace trammel::files {
 namespace {
@@ -136,6 +145,69 @@ TEST(SlicerGcode, RefusesFilesWithoutAPattern) {
     EXPECT_THAT(print.error().message, HasSubstr(row.words)) << row.name;
     EXPECT_THAT(print.error().message, HasSubstr("a.gcode")) << row.name;
   }
+}
+
+// Writes a ZIP archive as a slicer does.
+std::filesystem::path WriteArchive(
+    const std::filesystem::path& path,
+    const std::vector<std::pair<std::string, std::string>>& name_and_text) {
+  zip_t* archive = zip_open(path.c_str(), ZIP_CREATE, nullptr);
+  for (const auto& [name, text] : name_and_text) {
+    zip_source_t* source = zip_source_buffer(archive, text.data(), text.size(), 0);
+    EXPECT_GE(zip_file_add(archive, name.c_str(), source, 0), 0);
+  }
+  EXPECT_EQ(zip_close(archive), 0);
+  return path;
+}
+
+TEST(SlicerGcode, AnArchiveGivesThePatternsOfItsPlates) {
+  const test::TemporaryFolder folder;
+  const auto path = WriteArchive(folder.path() / "batch.gcode.3mf",
+                                 {{"3D/3dmodel.model", "<model/>"},
+                                  {"Metadata/plate_10.gcode", Chevrons(60, 40, 80)},
+                                  {"Metadata/plate_2.gcode", Chevrons(60, 40, 120)},
+                                  {"Metadata/plate_1.gcode", "G28\n"}});
+  const auto print = ReadSlicerGcode(path);
+  ASSERT_TRUE(print.has_value()) << print.error().message;
+  std::vector<double> speeds;
+  for (const SlicerPattern& pattern : print->patterns) speeds.push_back(pattern.speed_mm_s);
+  EXPECT_THAT(speeds, ElementsAre(120, 80));
+}
+
+TEST(SlicerGcode, RefusesArchivesWithoutAPattern) {
+  const test::TemporaryFolder folder;
+  const auto project = WriteArchive(folder.path() / "project.3mf", {{"3D/3dmodel.model", "<m/>"}});
+  const auto other = WriteArchive(folder.path() / "benchy.3mf", {{"plate_1.gcode", "G28\n"}});
+  const std::string bytes = files::ReadWholeFile(other, 10'000).value();
+  const auto write = [&](const char* name, const std::string& text) {
+    const auto path = folder.path() / name;
+    EXPECT_TRUE(WriteWholeFile(path, text, IfThere::kRefuse).has_value());
+    return path;
+  };
+  const std::pair<std::filesystem::path, const char*> rows[] = {
+      {project, "not the project"},
+      {other, "no nested corners"},
+      {write("half.3mf", bytes.substr(0, bytes.size() / 2)), "not a whole archive"},
+      {write("binary.bgcode", "GCDE\x01"), "binary G-code"},
+  };
+  for (const auto& [path, words] : rows) {
+    const auto print = ReadSlicerGcode(path);
+    ASSERT_FALSE(print.has_value()) << path;
+    EXPECT_THAT(print.error().message, HasSubstr(words));
+    EXPECT_THAT(print.error().message, HasSubstr(path.string()));
+  }
+}
+
+TEST(SlicerGcode, UnpacksNoMoreThanTheLimit) {
+  const test::TemporaryFolder folder;
+  const auto path = WriteArchive(
+      folder.path() / "large.3mf",
+      {{"plate_1.gcode", std::string(60'000, ';')}, {"plate_2.gcode", std::string(60'000, ';')}});
+  const std::string bytes = files::ReadWholeFile(path, 10'000).value();
+  EXPECT_TRUE(ReadGcodeArchive(bytes, "large.3mf", 120'000).has_value());
+  const auto texts = ReadGcodeArchive(bytes, "large.3mf", 119'999);
+  ASSERT_FALSE(texts.has_value());
+  EXPECT_THAT(texts.error().message, HasSubstr("large.3mf, plate_2.gcode: its G-code is larger"));
 }
 
 }  // namespace
