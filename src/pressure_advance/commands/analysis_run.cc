@@ -158,10 +158,47 @@ LineMotion MotionSeen(const PhotoPlan& plan, const pressure_advance::PhotoMeasur
   return motion;
 }
 
+// Keeps a refused photo, reduced, for the report.
+report::RefusedPhoto Kept(const Frame& photo, std::vector<vision::PointPx> outline) {
+  constexpr int kLongest_px = 1600;
+  double scale = 1;
+  return {vision::ShrinkToFit(photo.view(), kLongest_px, double{kLongest_px} * kLongest_px, scale),
+          std::move(outline)};
+}
+
+// Returns the outline of the corners, as parts of the photo's width and height.
+std::vector<vision::PointPx> OutlineOf(const pressure_advance::ChevronView& view) {
+  std::vector<vision::PointPx> outline;
+  if (view.found.count == 0 || view.photo_width_px == 0) return outline;
+  const double last = view.found.count - 1, arm = vision::kChevronReach;
+  for (const vision::PointPx& p : {vision::PointPx{0, 0},
+                                   {-arm, arm},
+                                   {last - arm, arm},
+                                   {last, 0},
+                                   {last - arm, -arm},
+                                   {-arm, -arm}}) {
+    const vision::PointPx at = view.found.photo_from_plane(p);
+    outline.push_back({at.x / view.photo_width_px, at.y / view.photo_height_px});
+  }
+  return outline;
+}
+
+// Does the same for lines.
+std::vector<vision::PointPx> OutlineOf(const pressure_advance::PhotoMeasurement& seen,
+                                       const Frame& photo) {
+  std::vector<vision::PointPx> outline;
+  if (!seen.outline) return outline;
+  for (const vision::PointPx& p : *seen.outline) {
+    outline.push_back({p.x / photo.width, p.y / photo.height});
+  }
+  return outline;
+}
+
 }  // namespace
 
 AnalysisRun AnalyseCorners(const std::string& file, const pressure_advance::ChevronView& view,
                            const PhotoPlan& plan) {
+  if (!view.problem.empty()) return RefusedRun(fmt::format("{}: {}", file, view.problem));
   const std::vector<double>& values_s = plan.pressure_advance_s;
   const auto count = static_cast<std::size_t>(view.found.count);
   if (count != values_s.size()) {
@@ -191,10 +228,11 @@ Result<AnalysisRun> AnalysePhoto(const std::filesystem::path& file, const PhotoP
   const Frame picture = TRY(machine::ReadPhotoFile(file));
   if (plan.form != PatternForm::kLines) {
     const auto view = pressure_advance::ViewChevrons(picture.view());
-    if (view.problem.empty()) return AnalyseCorners(file.string(), view, plan);
     // Arms of chevrons are not read as lines.
     if (plan.form == PatternForm::kCorners || view.found.count > 0) {
-      return RefusedRun(fmt::format("{}: {}", file.string(), view.problem));
+      AnalysisRun run = AnalyseCorners(file.string(), view, plan);
+      if (!run.photo) run.refused = Kept(picture, OutlineOf(view));
+      return run;
     }
   }
   pressure_advance::PhotoOptions options;
@@ -207,7 +245,9 @@ Result<AnalysisRun> AnalysePhoto(const std::filesystem::path& file, const PhotoP
   options.slow_after = plan.segments.back().fraction;
   pressure_advance::PhotoMeasurement seen = pressure_advance::MeasurePhoto(picture.view(), options);
   if (!seen.refusal.empty()) {
-    return RefusedRun(fmt::format("{}: {}", file.string(), seen.refusal));
+    AnalysisRun run = RefusedRun(fmt::format("{}: {}", file.string(), seen.refusal));
+    run.refused = Kept(picture, OutlineOf(seen, picture));
+    return run;
   }
   std::vector<std::string> notices = seen.notices;
   if (!plan.from && !seen.marked && seen.first_line != pressure_advance::PhotoSide::kBottom) {

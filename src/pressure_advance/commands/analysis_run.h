@@ -61,7 +61,7 @@ struct PhotoPlan {
 [[nodiscard]] Result<AnalysisRun> AnalysePhoto(const std::filesystem::path& file,
                                                const PhotoPlan& plan);
 
-/// Measures the corners of a photo in which they were found.
+/// Measures the corners of a photo; refused where there are none, without `photo`.
 /// @param file  named in messages
 [[nodiscard]] AnalysisRun AnalyseCorners(const std::string& file,
                                          const pressure_advance::ChevronView& view,

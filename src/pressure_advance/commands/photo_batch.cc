@@ -89,12 +89,6 @@ struct Row {
 
 Row Measure(const std::string& photo, const ChevronView& view, const SlicerPattern& pattern,
             const std::optional<gcode::PrintedBy>& printed_by) {
-  if (!view.problem.empty()) {
-    Row row{&pattern, {}};
-    row.run.analysis.pressure_advance =
-        Measured::Refused(fmt::format("{}: {}", photo, view.problem));
-    return row;
-  }
   return {&pattern, AnalyseCorners(photo, view, PhotoPlanOf(pattern, printed_by))};
 }
 

@@ -19,16 +19,15 @@ struct Discard {
 };
 
 tl::unexpected<Error> Damaged(const std::string& file, const std::string& why) {
-  return Fail(fmt::format("{}: is not a whole archive ({}): write it again from the slicer", file,
-                          why));
+  return Fail(
+      fmt::format("{}: is not a whole archive ({}): write it again from the slicer", file, why));
 }
 
 Result<std::unique_ptr<zip_t, Discard>> Open(std::string_view bytes, const std::string& file) {
   zip_error_t error;
   zip_error_init(&error);
   zip_source_t* source = zip_source_buffer_create(bytes.data(), bytes.size(), 0, &error);
-  zip_t* archive =
-      source == nullptr ? nullptr : zip_open_from_source(source, ZIP_RDONLY, &error);
+  zip_t* archive = source == nullptr ? nullptr : zip_open_from_source(source, ZIP_RDONLY, &error);
   const std::string why = archive == nullptr ? zip_error_strerror(&error) : "";
   if (archive == nullptr && source != nullptr) zip_source_free(source);
   zip_error_fini(&error);
@@ -83,9 +82,8 @@ Result<std::vector<std::string>> ReadGcodeArchive(std::string_view bytes, const 
         file, plates.size()));
   }
   // plate_10 follows plate_9.
-  std::ranges::sort(plates, {}, [](const auto& plate) {
-    return std::pair(plate.first.size(), plate.first);
-  });
+  std::ranges::sort(plates, {},
+                    [](const auto& plate) { return std::pair(plate.first.size(), plate.first); });
   std::vector<std::string> texts;
   for (const auto& [name, index] : plates) {
     texts.push_back(TRY(Unpack(archive.get(), index, file + ", " + name, max_bytes)));

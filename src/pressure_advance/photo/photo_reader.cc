@@ -355,6 +355,7 @@ PhotoMeasurement MeasurePhoto(const BgrView& photo, const PhotoOptions& options)
     measurement.refusal = std::move(seen.problem);
     return measurement;
   }
+  measurement.outline = seen.corners;
   MeasureLines(seen, options, measurement);
   measurement.view.rectified = std::move(seen.picture);
   return measurement;

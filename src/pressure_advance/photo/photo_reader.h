@@ -8,6 +8,7 @@
 #include "base/frame.h"
 #include "pressure_advance/photo/photo_segments.h"
 #include "pressure_advance/profile/line_profile.h"
+#include "vision/image.h"
 
 namespace trammel::pressure_advance {
 
@@ -64,7 +65,8 @@ struct PhotoMeasurement {
   std::optional<FoundSegments> segments;  ///< where the speed changes, found from the lines; absent
                                           ///< where they do not show it
   PhotoView view;
-  double blur = 0;  ///< of line edges (1 sigma), relative to the line width
+  std::optional<vision::Quad> outline;  ///< of the lines found, px of the photo; refused ones, too
+  double blur = 0;                      ///< of line edges (1 sigma), relative to the line width
   PhotoSide first_line = PhotoSide::kBottom;  ///< side of the photo at which it lies
   bool marked = false;                        ///< true if the corner mark identified the sides
   std::vector<std::string> notices;           ///< for the user, although the photo is used

@@ -85,9 +85,37 @@ Canvas Draw(const pa::PhotoView& photo, std::size_t best, double width_px) {
   return canvas;
 }
 
+Canvas Draw(const RefusedPhoto& refused, double width_px) {
+  const Frame& picture = refused.picture;
+  const double scale =
+      std::min(width_px / picture.width, kMaxHeightPx / static_cast<double>(picture.height));
+  const RectPx rect{0, 0, picture.width * scale, picture.height * scale};
+  Canvas canvas(width_px, rect.height);
+  canvas.Image(picture.view(), rect, Pixels::kPhoto);
+  std::vector<PointPx> outline;
+  for (const vision::PointPx& p : refused.outline) {
+    outline.push_back({p.x * rect.width, p.y * rect.height});
+  }
+  if (!outline.empty()) outline.push_back(outline.front());
+  canvas.Clip(rect);
+  canvas.Polyline(outline, {.color = kInk, .width_px = 5});
+  canvas.Polyline(outline, {.color = kVermilion, .width_px = 3});
+  canvas.Unclip();
+  return canvas;
+}
+
+Figure FigureOf(const RefusedPhoto& refused) {
+  const std::string seen = refused.outline.empty()
+                               ? "No pattern was found in it."
+                               : "The outline holds what was taken for the pattern.";
+  return {"photo", "The photo as it was taken. " + seen, Draw(refused, kFigureWidthPx),
+          1.5,     "The photo as it was taken. " + seen, Draw(refused, kNarrowWidthPx)};
+}
+
 }  // namespace
 
 std::optional<Figure> PhotoFigure(const AnalysisRun& input) {
+  if (input.refused) return FigureOf(*input.refused);
   if (!input.photo || input.photo->rectified.width <= 0 || input.photo->rectified.height <= 0 ||
       input.photo->rectified.bgr.empty()) {
     return std::nullopt;

@@ -16,11 +16,19 @@
 
 namespace trammel::report {
 
+/// Photo without an answer, as it was taken.
+struct RefusedPhoto {
+  Frame picture;
+  /// Of what was taken for the pattern, as parts of the picture's width and height; empty: nothing.
+  std::vector<vision::PointPx> outline;
+};
+
 /// Analysis with the reader's data for the report.
 struct AnalysisRun {
   pressure_advance::Analysis analysis;
-  std::optional<pressure_advance::LaserScanView> scan;
-  std::optional<pressure_advance::PhotoView> photo;
+  std::optional<pressure_advance::LaserScanView> scan = {};
+  std::optional<pressure_advance::PhotoView> photo = {};
+  std::optional<RefusedPhoto> refused = {};  ///< in place of `photo`
 };
 
 // Each returns nothing if the input lacks its data. None shows an answer unless
@@ -37,7 +45,8 @@ struct AnalysisRun {
 /// "height_maps": every line from above (figures 7 to 9).
 [[nodiscard]] std::optional<Figure> HeightMapsFigure(const AnalysisRun& input);
 
-/// "photo": the rectified picture with the traced lines.
+/// "photo": the rectified picture with the traced lines; a refused one with the outline of what was
+/// seen.
 [[nodiscard]] std::optional<Figure> PhotoFigure(const AnalysisRun& input);
 
 /// Returns all figures that the input allows, in the order of the report.

@@ -61,6 +61,20 @@ TEST(PressureAdvanceFigures, AScanGivesHeightMapsAndAPhotoItsPicture) {
   ExpectSound(seen);
 }
 
+TEST(PressureAdvanceFigures, ARefusedPhotoIsShownWithItsOutline) {
+  AnalysisRun run;
+  run.refused = RefusedPhoto{Frame(40, 30), {{0.1, 0.1}, {0.9, 0.1}, {0.5, 1.2}}};
+  const auto outlined = PressureAdvanceFigures(run);
+  EXPECT_EQ(Names(outlined), (std::vector<std::string>{"photo"}));
+  ExpectSound(outlined);
+  EXPECT_NE(outlined.front().caption.find("outline"), std::string::npos);
+  run.refused->outline.clear();
+  const auto nothing = PressureAdvanceFigures(run);
+  ExpectSound(nothing);
+  EXPECT_NE(nothing.front().caption.find("No pattern was found"), std::string::npos);
+  EXPECT_NE(nothing.front().canvas.ToSvg(), outlined.front().canvas.ToSvg());
+}
+
 TEST(PressureAdvanceFigures, SurviveFewAndManyLinesGapsConstantsAndNumbersThatAreNone) {
   EXPECT_TRUE(
       PressureAdvanceFigures({pa::Analysis{}, pa::LaserScanView{}, pa::PhotoView{}}).empty());
