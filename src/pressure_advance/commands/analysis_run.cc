@@ -423,6 +423,26 @@ void PrintHowToUse(const std::optional<gcode::PrintedBy>& printed_by, const std:
   }
 }
 
+// Prints the count of lines or corners, and the unused ones by reason.
+void PrintUsed(const Analysis& analysis) {
+  if (analysis.lines.empty()) return;
+  const auto used = std::ranges::count_if(analysis.lines, &pressure_advance::LineResult::used);
+  fmt::print("{:<17} {} of {} used\n", analysis.corners ? "corners" : "lines", used,
+             analysis.lines.size());
+  std::vector<std::pair<std::string, std::string>> unused;  // reason, values
+  for (const auto& line : analysis.lines) {
+    if (line.used) continue;
+    const auto same = std::ranges::find(unused, line.reason, &decltype(unused)::value_type::first);
+    const std::string value = fmt::format("{:.4f}", line.pressure_advance_s);
+    if (same != unused.end()) {
+      same->second += ", " + value;
+    } else {
+      unused.emplace_back(line.reason, value);
+    }
+  }
+  for (const auto& [reason, values] : unused) fmt::print("  at {} s: {}\n", values, reason);
+}
+
 }  // namespace
 
 void PrintAnswer(const Analysis& analysis) {
@@ -437,12 +457,7 @@ void PrintAnswer(const Analysis& analysis) {
                  row.note.empty() ? "" : ", ", row.note);
     }
   }
-  int used = 0;
-  for (const auto& line : analysis.lines) used += line.used;
-  fmt::print("lines             {} of {} used\n", used, analysis.lines.size());
-  for (const auto& line : analysis.lines) {
-    if (!line.used) fmt::print("  at {:.4f} s: {}\n", line.pressure_advance_s, line.reason);
-  }
+  PrintUsed(analysis);
   for (const std::string& notice : analysis.notices) fmt::print("notice            {}\n", notice);
   fmt::print("verdict           {}\n", VerdictText(answer.verdict()));
   if (!answer.good()) fmt::print("because           {}\n", answer.reason());

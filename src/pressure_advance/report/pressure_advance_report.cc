@@ -83,10 +83,7 @@ std::vector<AnswerRow> AnswerRows(const pa::Analysis& analysis) {
                          fmt::format("counts {:.0f} %{}, corrected by {:+.1f} ms",
                                      100 * (1 - law->weight), of, -law->correction_s * kMsPerS)));
   }
-  if (analysis.corners) {
-    rows.push_back(PartRow("corners", analysis.corners->response.pressure_advance, good));
-    return rows;
-  }
+  if (analysis.corners) return rows;  // there is one way to read them
   rows.push_back(PartRow("speeding up", analysis.response.acceleration.pressure_advance, good));
   rows.push_back(PartRow("slowing down", analysis.response.deceleration.pressure_advance, good));
   if (law != nullptr) AddStorage(*law, analysis.motion, rows);
@@ -249,8 +246,10 @@ std::string FlowCard(const pa::Analysis& analysis) {
 }
 
 std::string Parts(const pa::Analysis& analysis) {
+  const std::vector<AnswerRow> rows = AnswerRows(analysis);
+  if (rows.empty()) return "";
   Table table({{""}, {"value"}, {"interval"}, {"", true}});
-  for (const AnswerRow& row : AnswerRows(analysis)) {
+  for (const AnswerRow& row : rows) {
     table.Row({EscapeHtml(row.name), row.value, row.interval, EscapeHtml(row.note)});
   }
   return Card("What the answer is made of", table.Html());
