@@ -20,7 +20,6 @@ namespace {
 
 constexpr std::size_t kMaxMoves = 4'000'000;  // 64 bytes each
 constexpr std::size_t kMaxCandidates = 2000;
-constexpr double kFilamentArea_mm2 = std::numbers::pi * 1.75 * 1.75 / 4;  // where E is filament
 
 // Straight extrusion with the state in which it was commanded.
 struct Extrusion {
@@ -97,6 +96,7 @@ struct Reader {
   bool known = false;
   double smooth_time_s = 0.04;  // Klipper's default
   bool smooth_time_changes = false;
+  double filament_mm = 1.75;  // diameter; the usual one where the file has none
   std::optional<gcode::PrintedBy> printed_by;
   std::vector<Extrusion> extrusions;
 
@@ -344,7 +344,8 @@ SlicerPattern PatternOf(const Row& row, PatternForm form, const std::vector<doub
   pattern.spacing_mm = Median(steps);
   pattern.length_mm = one.length_mm;
   pattern.speed_mm_s = one.speed_mm_s;
-  pattern.flow_mm3_s = one.filament_mm_s * kFilamentArea_mm2;
+  pattern.flow_mm3_s =
+      one.filament_mm_s * std::numbers::pi * reader.filament_mm * reader.filament_mm / 4;
   if (one.acceleration_mm_s2 > 0) pattern.acceleration_mm_s2 = one.acceleration_mm_s2;
   const auto& by = reader.printed_by;
   if (by && by->dialect == gcode::Dialect::kKlipper) pattern.smooth_time_s = reader.smooth_time_s;
@@ -391,6 +392,19 @@ void DropCovered(const std::vector<double>& heights, std::vector<SlicerPattern>&
   patterns = std::move(top);
 }
 
+// Returns the filament's diameter in the settings that PrusaSlicer, OrcaSlicer and Bambu Studio
+// write as comments; the first extruder's.
+std::optional<double> FilamentIn(std::string_view gcode) {
+  constexpr std::string_view kSetting = "\n; filament_diameter = ";
+  constexpr Interval kPossible_mm{1, 4};
+  const std::size_t at = gcode.find(kSetting);
+  if (at == std::string_view::npos) return std::nullopt;
+  const std::string_view values = gcode.substr(at + kSetting.size());
+  const auto value = Number(values.substr(0, values.find_first_of(",; \r\n")));
+  if (!value || *value < kPossible_mm.lo || *value > kPossible_mm.hi) return std::nullopt;
+  return value;
+}
+
 Result<void> Check(const SlicerPattern& pattern, const Row& row, const std::string& file) {
   for (const Candidate& candidate : row) {
     if (!candidate.known) {
@@ -413,6 +427,7 @@ Result<void> Check(const SlicerPattern& pattern, const Row& row, const std::stri
 
 Result<SlicerPrint> FindSlicerPatterns(std::string_view gcode, const std::string& file) {
   Reader reader;
+  reader.filament_mm = FilamentIn(gcode).value_or(reader.filament_mm);
   Command command;
   while (!gcode.empty()) {
     const std::string_view line = gcode.substr(0, gcode.find('\n'));

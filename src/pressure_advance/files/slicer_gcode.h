@@ -27,8 +27,9 @@ struct SlicerPattern {
   std::optional<double> acceleration_mm_s2;         ///< absent: the file sets none
   double smooth_time_s = 0;                         ///< of Klipper's pressure advance; 0: none
   std::optional<double> layer_height_mm;
-  double flow_mm3_s = 0;  ///< volume of filament over time, at the (fast) speed
-  double x_mm = 0;        ///< middle of the pattern on the bed
+  double flow_mm3_s = 0;  ///< volume of filament over time, at the (fast) speed; of 1.75 mm
+                          ///< filament where the file's settings have no filament_diameter
+  double x_mm = 0;  ///< middle of the pattern on the bed
   double y_mm = 0;
   double heading_rad = 0;  ///< of the apexes, from +x counter-clockwise; 0 of lines
 };

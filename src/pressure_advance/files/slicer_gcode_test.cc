@@ -72,6 +72,17 @@ TEST(SlicerGcode, ChevronsAreOneCandidateForTheirWallsOnTheTopLayer) {
   EXPECT_NEAR(pattern.heading_rad, 0, 1e-9);
 }
 
+TEST(SlicerGcode, TheFlowIsThatOfTheFilamentInTheSettings) {
+  const auto flow = [](const std::string& settings) {
+    const auto print = FindSlicerPatterns(Lines() + settings, "a.gcode");
+    return print ? print->patterns.front().flow_mm3_s : 0;
+  };
+  // 1 mm of filament on 40 mm at 100 mm/s.
+  EXPECT_NEAR(flow(""), 2.5 * 2.405, 1e-2);
+  EXPECT_NEAR(flow("; filament_diameter = 2.85,1.75\n"), 2.5 * 6.379, 1e-2);
+  EXPECT_NEAR(flow("; filament_diameter = 0\n"), 2.5 * 2.405, 1e-2);
+}
+
 TEST(SlicerGcode, ABatchIsListedFrontToBackAndLeftToRight) {
   const auto print =
       FindSlicerPatterns(Chevrons(160, 40, 60) + Chevrons(20, 40, 120) + Chevrons(20, 140, 80), "");
