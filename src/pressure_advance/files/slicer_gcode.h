@@ -29,7 +29,7 @@ struct SlicerPattern {
   std::optional<double> layer_height_mm;
   double flow_mm3_s = 0;  ///< volume of filament over time, at the (fast) speed; of 1.75 mm
                           ///< filament where the file's settings have no filament_diameter
-  double x_mm = 0;  ///< middle of the pattern on the bed
+  double x_mm = 0;        ///< middle of the pattern on the bed
   double y_mm = 0;
   double heading_rad = 0;  ///< of the apexes, from +x counter-clockwise; 0 of lines
 };
