@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 #include <complex>
+#include <functional>
 #include <numbers>
 #include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>
@@ -322,6 +323,27 @@ std::optional<cv::Matx33d> FitHomography(const std::vector<ArmPoint>& points) {
   return out * scaled * in;
 }
 
+// Returns the distance of a point from where the model has it, in spacings.
+double Away(const ArmPoint& point, const cv::Matx33d& plane_from_photo) {
+  return cv::norm(Project(plane_from_photo, point.photo[0], point.photo[1]) - point.plane);
+}
+
+// Fits again without the points that lie far off, such as stripes of a label, and drops them.
+std::optional<cv::Matx33d> FitInliers(std::vector<ArmPoint>& points) {
+  constexpr int kRounds = 3;
+  constexpr double kFar = 3, kAlwaysNear = 0.01;  // medians, spacings
+  std::optional<cv::Matx33d> fitted = FitHomography(points);
+  for (int round = 0; round < kRounds && fitted; ++round) {
+    const cv::Matx33d inverse = fitted->inv();
+    std::vector<double> away;
+    for (const ArmPoint& p : points) away.push_back(Away(p, inverse));
+    const double farthest = std::max(kAlwaysNear, kFar * Median(away));
+    std::erase_if(points, [&](const ArmPoint& p) { return Away(p, inverse) > farthest; });
+    fitted = FitHomography(points);
+  }
+  return fitted;
+}
+
 // Follows the chevrons from the strongest outwards, as long as they stand out.
 std::pair<int, int> Run(const std::vector<double>& strength) {
   constexpr double kShare = 0.45;  // of the median of the strongest
@@ -360,13 +382,10 @@ std::optional<FoundChevrons> Refine(const cv::Mat& photo, cv::Matx33d photo_from
         const double k = p.plane[0] + std::abs(p.plane[1]);
         return k < first - 0.5 || k > last + 0.5;
       });
-      const auto fitted = FitHomography(points);
+      const auto fitted = FitInliers(points);
       if (!fitted) break;
       double squares = 0;
-      for (const ArmPoint& p : points) {
-        const cv::Vec2d off = Project(fitted->inv(), p.photo[0], p.photo[1]) - p.plane;
-        squares += off.dot(off);
-      }
+      for (const ArmPoint& p : points) squares += std::pow(Away(p, fitted->inv()), 2);
       photo_from_plane = Normalised(*fitted);
       found.count = last - first + 1;
       found.irregularity = std::sqrt(squares / double(points.size()));
@@ -376,7 +395,7 @@ std::optional<FoundChevrons> Refine(const cv::Mat& photo, cv::Matx33d photo_from
       found.photo_from_plane =
           FromMatrix(photo_from_plane * cv::Matx33d(1, 0, first, 0, 1, 0, 0, 0, 1));
     }
-    constexpr double kMaxIrregular = 0.1;  // lenses bend by less, other patterns by more
+    constexpr double kMaxIrregular = 0.05;  // lenses bend by less, other patterns by more
     if (found.count < kFewestChevrons || found.irregularity > kMaxIrregular) continue;
     if (total <= best_strength) continue;
     best_strength = total;
@@ -396,7 +415,8 @@ std::optional<FoundChevrons> FindChevrons(const BgrView& photo) {
   const cv::Mat bgr(small.height, small.width, CV_8UC3, small.bgr.data());
   const double shift = (1 / scale - 1) / 2;
   const cv::Matx33d photo_from_small(1 / scale, 0, shift, 0, 1 / scale, shift, 0, 0, 1);
-  Turned best;
+  constexpr double kMinScore = 1;  // columns of full contrast
+  std::vector<Turned> meetings;
   for (std::size_t i = 0; i < combs.size(); ++i) {
     for (std::size_t j = i + 1; j < combs.size(); ++j) {
       if (!MayMeet(combs[i], combs[j])) continue;
@@ -409,15 +429,20 @@ std::optional<FoundChevrons> FindChevrons(const BgrView& photo) {
       const auto patch = RectifyAround(bgr, *plane_from_photo * photo_from_small, a, b);
       if (!patch) continue;
       const Turned turned = BestMeeting(*patch);
-      if (turned.score > best.score) best = turned;
+      if (turned.score >= kMinScore) meetings.push_back(turned);
     }
   }
-  constexpr double kMinScore = 1;  // columns of full contrast
-  if (best.score < kMinScore) return std::nullopt;
-  auto found = Refine(bgr, best.photo_from_plane);
-  if (!found) return std::nullopt;
-  found->photo_from_plane = FromMatrix(photo_from_small * Matrix(found->photo_from_plane));
-  return found;
+  // An arm's comb may also meet that of a label or a shadow.
+  constexpr std::size_t kTried = 4;
+  std::ranges::sort(meetings, std::greater(), &Turned::score);
+  meetings.resize(std::min(meetings.size(), kTried));
+  for (const Turned& meeting : meetings) {
+    auto found = Refine(bgr, meeting.photo_from_plane);
+    if (!found) continue;
+    found->photo_from_plane = FromMatrix(photo_from_small * Matrix(found->photo_from_plane));
+    return found;
+  }
+  return std::nullopt;
 }
 
 namespace {

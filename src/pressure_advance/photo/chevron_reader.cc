@@ -337,17 +337,27 @@ ChevronView ViewChevrons(const BgrView& photo) {
 
 namespace {
 
+// Returns how much higher a place is than the places half a spacing beside it; nothing if the photo
+// does not show them. A shadow changes all three alike.
+std::optional<double> RiseAt(const ChevronView& view, const GrayImage& mixed, double place) {
+  const auto band = MeanAt(view, mixed, place, 1, 3);
+  const auto before = MeanAt(view, mixed, place - 0.5, 1, 3);
+  const auto behind = MeanAt(view, mixed, place + 0.5, 1, 3);
+  if (!band || !before || !behind) return std::nullopt;
+  return *band - std::max(*before, *behind);
+}
+
 // Counts the bands again by their filament: returns the first and the last with filament between
 // plate. `found` may hold spaces beyond the pattern, which light and dark alternate with, too.
-std::pair<int, int> BandsOf(const ChevronView& view, const GrayImage& mixed, double middle) {
-  const auto filled = [&](double place) {
-    const auto mean = MeanAt(view, mixed, place, 1, 3);
-    return mean && *mean > middle;
-  };
+std::pair<int, int> BandsOf(const ChevronView& view, const GrayImage& mixed) {
+  std::vector<double> rises;
+  for (int k = 0; k < view.found.count; ++k) rises.push_back(RiseAt(view, mixed, k).value_or(0));
+  constexpr double kLeast = 0.3;  // of the usual one: half in a shadow
+  const double least = kLeast * Median(rises);
   std::pair<int, int> longest{0, -1};
   constexpr int kBeyond = 3;
   for (int k = -kBeyond, begin = k; k < view.found.count + kBeyond; ++k) {
-    if (!filled(k) || filled(k - 0.5) || filled(k + 0.5)) begin = k + 1;
+    if (!(RiseAt(view, mixed, k).value_or(0) > least)) begin = k + 1;
     if (k - begin > longest.second - longest.first) longest = {begin, k};
   }
   return longest;
@@ -373,39 +383,40 @@ std::optional<GrayImage> MixBands(const ChevronView& view) {
   return vision::Mix(view.picture.view(), *weights);
 }
 
-// Level between bands and spaces in the middle of the pattern.
-std::optional<double> MiddleLevel(const ChevronView& view, const GrayImage& mixed) {
-  const int half = view.found.count / 2;
-  const auto band = MeanAt(view, mixed, half, 1, 3), space = MeanAt(view, mixed, half + 0.5, 1, 3);
-  if (!band || !space) return std::nullopt;
-  return (*band + *space) / 2;
+// Returns the level between a band and the space beside it.
+std::optional<double> LevelBetween(const ChevronView& view, const GrayImage& mixed, double band,
+                                   double space) {
+  const auto high = MeanAt(view, mixed, band, 1, 3), low = MeanAt(view, mixed, space, 1, 3);
+  if (!high || !low) return std::nullopt;
+  return (*high + *low) / 2;
 }
 
 // True if plate, wider than between the bands, is seen before the first or behind the last one, and
 // filament on neither side.
-bool PlateBeyond(const ChevronView& view, const GrayImage& mixed, double middle) {
+bool PlateBeyond(const ChevronView& view, const GrayImage& mixed) {
   const int last = view.found.count - 1;
   const auto before = MeanAt(view, mixed, -1.1, 0.3, 2.5);
   const auto behind = MeanAt(view, mixed, last + 1.1, 1.5, 3.5);
-  return (before || behind) && (!before || *before < middle) && (!behind || *behind < middle);
+  const auto first_level = LevelBetween(view, mixed, 0, 0.5);
+  const auto last_level = LevelBetween(view, mixed, last, last - 0.5);
+  return (before || behind) && (!before || (first_level && *before < *first_level)) &&
+         (!behind || (last_level && *behind < *last_level));
 }
 
 // Takes the stripes at whole places for bands, counts them, and separates filament from plate.
 // False if these are the spaces between the bands, or not all is seen.
 bool SeparateBands(const BgrView& photo, ChevronView& view) {
   auto mixed = MixBands(view);
-  auto middle = mixed ? MiddleLevel(view, *mixed) : std::nullopt;
-  if (!middle) return false;
-  const auto [first, last] = BandsOf(view, *mixed, *middle);
+  if (!mixed) return false;
+  const auto [first, last] = BandsOf(view, *mixed);
   constexpr int kFewest = 6;
   if (last - first + 1 < kFewest) return false;
   if (first != 0 || last != view.found.count - 1) {
     Renumber(photo, first, last - first + 1, view);
     mixed = MixBands(view);
-    middle = mixed ? MiddleLevel(view, *mixed) : std::nullopt;
-    if (!middle) return false;
+    if (!mixed) return false;
   }
-  if (!PlateBeyond(view, *mixed, *middle)) return false;
+  if (!PlateBeyond(view, *mixed)) return false;
   view.fill = Fill(view, *mixed);
   view.frame = FrameOf(view);
   return true;
