@@ -13,7 +13,6 @@ namespace {
 
 constexpr double kRoundShare = 1 - std::numbers::pi / 4;  // of h^2, missing in a stadium
 constexpr double kFullWidthInNozzles = 1.25;
-constexpr double kMaxRise = 1;
 constexpr double kRisePerSurplus = 0.35;
 constexpr double kDropletInBreakAreas = 1.5;
 constexpr double kDropletLengthMm = 0.15;
@@ -83,8 +82,8 @@ BeadShape ShapeOf(double area_mm2, double gap_mm, const BeadOptions& options) {
     return {round_mm, round_mm};
   }
   const double surplus = std::max(0.0, area_mm2 / FullArea(gap_mm, options) - 1);
-  const double height_mm =
-      std::min(round_mm, gap_mm * (1 + kMaxRise * -std::expm1(-kRisePerSurplus * surplus)));
+  const double height_mm = std::min(
+      round_mm, gap_mm * (1 + options.most_rise * -std::expm1(-kRisePerSurplus * surplus)));
   return {area_mm2 / height_mm + height_mm * kRoundShare, height_mm};
 }
 

@@ -17,6 +17,7 @@ struct BeadOptions {
   double nozzle_diameter_mm = 0.4;
   double smear_mm = 0.3;
   double break_area_mm2 = 0.012;
+  double most_rise = 1;  ///< of the top above the nozzle, in gaps; less where later passes level it
 };
 
 /// Returns the area of a stadium: a rectangle with half-round sides. REQUIRES width >= height >= 0.
@@ -24,8 +25,8 @@ struct BeadOptions {
 
 /// Returns the cross-section of an area under a nozzle gap_mm above the plate. Between a round
 /// thread and a full bead it is a stadium as high as the gap. Less material remains round and
-/// sinks; more than a full bead (FullArea) squeezes out and rises beside the nozzle, at most to
-/// twice the gap. Continuous and rising in area. REQUIRES area >= 0, gap > 0.
+/// sinks; more than a full bead (FullArea) squeezes out and rises beside the nozzle, at most by
+/// most_rise gaps. Continuous and rising in area. REQUIRES area >= 0, gap > 0.
 [[nodiscard]] BeadShape ShapeOf(double area_mm2, double gap_mm, const BeadOptions& options);
 
 /// Returns the area of a bead 1.25 nozzle diameters wide: the material that just fits under the

@@ -39,12 +39,16 @@ struct PathCorner {
 /// ends.
 void RoundPath(std::vector<Position>& nozzle, double spacing_mm, double sigma_mm);
 
+/// Drags half of the surplus over a full bead along: the nozzle's flat end pushes it ahead and
+/// leaves it over the next millimetres. Conserves the volume. REQUIRES one full area per node.
+void CarryOn(std::span<double> area_mm2, std::span<const double> full_mm2, double spacing_mm);
+
 /// Sets base and gap where filament lies below the nozzle. A bead spans a hole in the layer below.
 void RestOn(const LaidBeads& laid, StrandPath& path);
 
 /// Fills the inner angle of corners with filament from both arms: a melt does not follow a concave
-/// edge of less than radius_mm. Conserves the volume; leaves out corners beside another bead of the
-/// layer and broken ones.
+/// edge of less than radius_mm. Conserves the volume; leaves out corners with another bead of the
+/// layer within half a millimetre, and broken ones.
 /// @param area_mm2  per node; shrinks near the corners.
 /// @returns Strands with area, width and height.
 [[nodiscard]] std::vector<Strand> FillCorners(std::span<const PathCorner> corners,
@@ -56,8 +60,9 @@ struct PushedStrand {
   std::vector<LaidPiece> pieces;  ///< to add to the laid beads
 };
 
-/// Shapes a bead, and moves it to the free side where neighbours of its layer take its room. Where
-/// it moves out of a bend it has further to go and becomes thinner: the volume is conserved.
+/// Shapes a bead, and moves it to the free side where neighbours of its layer take its room, or to
+/// a neighbour that it nearly touches. Where it moves out of a bend it has further to go and
+/// becomes thinner: the volume is conserved.
 [[nodiscard]] PushedStrand PushAside(const LaidBeads& laid, const StrandPath& path,
                                      std::span<const double> area_mm2, double spacing_mm,
                                      const BeadOptions& options);

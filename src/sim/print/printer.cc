@@ -149,7 +149,7 @@ StrandPath PathOverPlate(std::span<const TimedMove> plan, const Stroke& stroke,
 
 // Returns the area of the bead at each node of the path.
 std::vector<double> AreasOf(const StrokeDeposit& deposit, const StrandPath& path,
-                            const PrinterTraits& traits, const BeadOptions& options,
+                            const PrinterTraits& traits, const BeadOptions& options, bool layered,
                             Random& random) {
   const std::size_t count = deposit.filament_mm.size();
   const double spacing_mm = deposit.spacing_mm;
@@ -163,6 +163,7 @@ std::vector<double> AreasOf(const StrokeDeposit& deposit, const StrandPath& path
   AddFlowNoise(area, spacing_mm, traits.flow_noise, traits.flow_noise_length_mm, random);
   AddBlobs(area, spacing_mm, traits.blobs_per_m, random);
   Smear(area, spacing_mm, traits.smear_mm);
+  if (layered) CarryOn(area, full, spacing_mm);
   SpreadSurplus(area, full, spacing_mm);
   CutGaps(area, spacing_mm, traits.gaps_per_m, random);
   BreakUp(area, spacing_mm, traits.break_area_mm2, random);
@@ -197,7 +198,10 @@ class StrandLayer {
       : plan_(plan),
         traits_(traits),
         options_{traits.nozzle_diameter_mm, traits.smear_mm, traits.break_area_mm2} {
-    if (HasLayers(strokes)) laid_.emplace(Region(strokes));
+    if (!HasLayers(strokes)) return;
+    constexpr double kMostRise = 0.15;  // the nozzle passes again: beside it and one layer higher
+    options_.most_rise = kMostRise;
+    laid_.emplace(Region(strokes));
   }
 
   /// Appends the strand, and in prints of several layers what fills its corners.
@@ -206,13 +210,13 @@ class StrandLayer {
     StrandPath path = PathOverPlate(plan_, stroke, deposit, traits_);
     if (!laid_) {
       strands.push_back(
-          StrandOf(path, AreasOf(deposit, path, traits_, options_, random), options_));
+          StrandOf(path, AreasOf(deposit, path, traits_, options_, false, random), options_));
       return;
     }
     const std::vector<PathCorner> corners = FindCorners(plan_, stroke, deposit.spacing_mm);
     RoundPath(path.nozzle, deposit.spacing_mm, traits_.corner_round_mm);
     RestOn(*laid_, path);
-    std::vector<double> area = AreasOf(deposit, path, traits_, options_, random);
+    std::vector<double> area = AreasOf(deposit, path, traits_, options_, true, random);
     std::vector<Strand> fillets = FillCorners(corners, path, traits_.fillet_mm, *laid_, area);
     PushedStrand pushed = PushAside(*laid_, path, area, deposit.spacing_mm, options_);
     laid_->Add(pushed.pieces);

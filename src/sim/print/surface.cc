@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <span>
 
 #include "base/check.h"
 #include "base/statistics.h"
@@ -92,10 +93,12 @@ double NodeHeight(const SectionTable& shape, double fill, double off, double hal
   return (shape.IntegralTo(fill, hi / half) - shape.IntegralTo(fill, lo / half)) * half / spacing;
 }
 
+constexpr double kOverlapInCells = 0.6;
+
 bool Present(const BeadSample& sample) { return sample.width_mm > 0 && sample.height_mm > 0; }
 
-// Raises the relief to the bead between two samples. The stretch extends `overlap_mm` beyond its
-// ends, so that no node is missed between two stretches; a rounded end extends half a width.
+// Raises the relief to the bead between two samples. The stretch extends a little beyond its ends,
+// so that no node is missed between two stretches; a rounded end extends half a width.
 void Stamp(Relief& relief, const SectionTable& shape, const BeadSample& a, const BeadSample& b,
            bool round_a, bool round_b) {
   const double reach = std::max(a.width_mm, b.width_mm) / 2;
@@ -123,7 +126,7 @@ void Stamp(Relief& relief, const SectionTable& shape, const BeadSample& a, const
       const double x = relief.origin_x_mm + column * cell - a.x_mm;
       const double along = length > 0 ? (x * dx + y * dy) / length : 0;
       const double beyond = std::max(-along, along - length);
-      if (beyond > 0.6 * cell && !(along < 0 ? round_a : round_b)) continue;
+      if (beyond > kOverlapInCells * cell && !(along < 0 ? round_a : round_b)) continue;
       const double t = length > 0 ? std::clamp(along / length, 0.0, 1.0) : 0;
       const double width = a.width_mm + t * (b.width_mm - a.width_mm);
       const double height = a.height_mm + t * (b.height_mm - a.height_mm);
@@ -134,6 +137,18 @@ void Stamp(Relief& relief, const SectionTable& shape, const BeadSample& a, const
       heights[column] = std::max(heights[column], static_cast<float>(base + z));
     }
   }
+}
+
+// True if a bead bends so much at a sample that its outer side would be left open.
+bool Bends(std::span<const BeadSample> samples, std::size_t i, double cell_mm) {
+  if (i == 0 || i + 1 == samples.size()) return true;  // strand ends are rounded
+  const BeadSample& at = samples[i];
+  const double ax = at.x_mm - samples[i - 1].x_mm;
+  const double ay = at.y_mm - samples[i - 1].y_mm;
+  const double bx = samples[i + 1].x_mm - at.x_mm;
+  const double by = samples[i + 1].y_mm - at.y_mm;
+  const double turn = std::atan2(std::abs(ax * by - ay * bx), ax * bx + ay * by);
+  return turn * at.width_mm / 2 > kOverlapInCells * cell_mm;
 }
 
 }  // namespace
@@ -196,7 +211,8 @@ Relief RasterizeBed(const Bed& bed, const BedRegion& region, double cell_mm) {
       const BeadSample& a = strand.samples[i];
       const BeadSample& b = strand.samples[i + 1];
       if (!Present(a) && !Present(b)) continue;
-      Stamp(relief, shape, a, b, i == 0, i + 2 == count);
+      Stamp(relief, shape, a, b, Bends(strand.samples, i, cell_mm),
+            Bends(strand.samples, i + 1, cell_mm));
     }
   }
   UpdateRowTops(relief);
