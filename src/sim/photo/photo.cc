@@ -26,6 +26,8 @@ constexpr int kSamples = 2;           // per pixel, each way
 constexpr double kLargePixels = 4e6;  // from there on fewer: lens blur is wider than a pixel
 constexpr double kMarginMm = 2;       // relief around the print, for shadows
 constexpr double kFinestCellMm = 0.025;
+constexpr double kCoarsestCellMm = 0.0375;  // a twelfth of the narrowest bead
+constexpr double kCellsInPixel = 6;
 constexpr double kMaxCells = 20e6;
 constexpr double kBlockMm = 1;  // resolution at which bare plate is told apart quickly
 constexpr double kTextureCellMm = 0.035;
@@ -90,6 +92,8 @@ Materials MaterialsOf(const PhotoScene& scene) {
   return materials;
 }
 
+Vector3 Towards(double azimuth_rad) { return {std::cos(azimuth_rad), std::sin(azimuth_rad), 0}; }
+
 class Scene {
  public:
   Scene(const Bed& bed, const BedRegion& print, const PhotoTraits& traits, Random& random)
@@ -103,7 +107,12 @@ class Scene {
     const BedRegion region{print.min_x_mm - kMarginMm, print.min_y_mm - kMarginMm,
                            print.max_x_mm + kMarginMm, print.max_y_mm + kMarginMm};
     const double area = (region.max_x_mm - region.min_x_mm) * (region.max_y_mm - region.min_y_mm);
-    relief_ = RasterizeBed(bed, region, std::max(kFinestCellMm, std::sqrt(area / kMaxCells)));
+    const double pixel_mm = std::max((print.max_x_mm - print.min_x_mm) / traits.width_px,
+                                     (print.max_y_mm - print.min_y_mm) / traits.height_px);
+    relief_ =
+        RasterizeBed(bed, region,
+                     std::max(std::clamp(pixel_mm / kCellsInPixel, kFinestCellMm, kCoarsestCellMm),
+                              std::sqrt(area / kMaxCells)));
     for (const Strand& strand : bed.strands) {
       layered_ = layered_ || (!strand.samples.empty() && strand.samples.front().base_mm > 0);
     }
@@ -111,6 +120,8 @@ class Scene {
     light_ = {std::cos(traits.light_elevation_rad) * std::cos(traits.light_azimuth_rad),
               std::cos(traits.light_elevation_rad) * std::sin(traits.light_azimuth_rad),
               std::sin(traits.light_elevation_rad)};
+    uneven_ = Towards(traits.unevenness_azimuth_rad);
+    shadowed_ = Towards(traits.shadow_azimuth_rad);
     if (layered_) LightRelief();
   }
 
@@ -175,12 +186,18 @@ class Scene {
 
   // Moves (x, y) from the ray's intersection with the plate to that with the surface.
   double Meet(const Vector3& ray, double& x, double& y) const {
-    constexpr int kSteps = 10;
+    // In prints of several layers the ray passes about three cells from one step to the next.
+    constexpr int kMostSteps = 10;
+    constexpr double kStepCells = 3;
+    const double across = std::sqrt(ray.x * ray.x + ray.y * ray.y);
+    const double shift = across * top_mm_ / (kStepCells * relief_.cell_mm);
+    const int steps =
+        layered_ ? std::clamp(static_cast<int>(shift) + 1, 2, kMostSteps) : kMostSteps;
     const auto gap = [&](double z) { return z - relief_.HeightAt(x - ray.x * z, y - ray.y * z); };
     double z = top_mm_;
     double clear = gap(z);
-    for (int i = kSteps - 1; i >= 0; --i) {
-      const double next = top_mm_ * i / kSteps;
+    for (int i = steps - 1; i >= 0; --i) {
+      const double next = top_mm_ * i / steps;
       const double below = gap(next);
       if (below < 0 || (i == 0 && below <= 0)) {
         z = clear > below ? next + (z - next) * -below / (clear - below) : next;
@@ -253,8 +270,7 @@ class Scene {
     static const std::array<Vector3, kDirections> towards = [] {
       std::array<Vector3, kDirections> all;
       for (int i = 0; i < kDirections; ++i) {
-        const double azimuth = 2 * std::numbers::pi * (i + 0.5) / kDirections;
-        all[static_cast<std::size_t>(i)] = {std::cos(azimuth), std::sin(azimuth), 0};
+        all[static_cast<std::size_t>(i)] = Towards(2 * std::numbers::pi * (i + 0.5) / kDirections);
       }
       return all;
     }();
@@ -344,15 +360,13 @@ class Scene {
   [[nodiscard]] double Illumination(double x_px, double y_px) const {
     const double x = 2 * x_px / traits_.width_px - 1;
     const double y = 2 * y_px / traits_.height_px - 1;
-    const double slope =
-        x * std::cos(traits_.unevenness_azimuth_rad) + y * std::sin(traits_.unevenness_azimuth_rad);
+    const double slope = x * uneven_.x + y * uneven_.y;
     const double corner = 1 - traits_.vignetting * (x * x + y * y) / 2;
     double light = traits_.exposure * corner * std::max(0.1, 1 + 0.7 * traits_.unevenness * slope);
     if (traits_.shadow > 0) {
       const double u = (x_px - 0.5 * traits_.width_px) / traits_.height_px;
       const double v = (y_px - 0.5 * traits_.height_px) / traits_.height_px;
-      const double past = u * std::cos(traits_.shadow_azimuth_rad) +
-                          v * std::sin(traits_.shadow_azimuth_rad) - traits_.shadow_offset;
+      const double past = u * shadowed_.x + v * shadowed_.y - traits_.shadow_offset;
       light *= 1 - traits_.shadow * std::clamp(past / traits_.shadow_softness + 0.5, 0.0, 1.0);
     }
     return light;
@@ -386,6 +400,8 @@ class Scene {
   int lit_rows_ = 0;
   std::vector<float> lit_;  // of prints of several layers
   Vector3 light_;
+  Vector3 uneven_;    // towards the bright side of the picture
+  Vector3 shadowed_;  // towards the dark side of the shadow's edge
   int block_columns_ = 0;
   int block_rows_ = 0;
   std::vector<std::uint8_t> blocks_;

@@ -132,17 +132,23 @@ void SpreadSurplus(std::span<double> area_mm2, std::span<const double> full_mm2,
       std::ceil(kSpreadMm2 / kScaleMm2 * 2 / (kStableShare * spacing_mm * spacing_mm)));
   const double share = kSpreadMm2 / kScaleMm2 * 2 / (steps * spacing_mm * spacing_mm);
   std::vector<double> pressure(count);
+  // One node a step is as far as a surplus spreads: the rest of the path rests.
+  std::size_t first = count;
+  std::size_t last = 0;
+  for (std::size_t i = 0; i < count; ++i) {
+    if (area_mm2[i] <= full_mm2[i]) continue;
+    first = std::min(first, i);
+    last = i;
+  }
   for (int step = 0; step < steps; ++step) {
-    bool any = false;
-    for (std::size_t i = 0; i < count; ++i) {
+    if (first > last) return;
+    first -= first > 0 ? 1 : 0;
+    last = std::min(last + 1, count - 1);
+    for (std::size_t i = first; i <= last; ++i) {
       const double surplus = std::max(0.0, area_mm2[i] - full_mm2[i]);
       pressure[i] = surplus * surplus / (kScaleMm2 + surplus);
-      any = any || surplus > 0;
     }
-    if (!any) {
-      return;
-    }
-    for (std::size_t i = 0; i + 1 < count; ++i) {
+    for (std::size_t i = first; i < last; ++i) {
       const double flow = 0.5 * share * (pressure[i] - pressure[i + 1]);
       area_mm2[i] -= flow / Share(i, count);
       area_mm2[i + 1] += flow / Share(i + 1, count);

@@ -130,7 +130,7 @@ void Stamp(Relief& relief, const SectionTable& shape, const BeadSample& a, const
       const double t = length > 0 ? std::clamp(along / length, 0.0, 1.0) : 0;
       const double width = a.width_mm + t * (b.width_mm - a.width_mm);
       const double height = a.height_mm + t * (b.height_mm - a.height_mm);
-      const double off = std::hypot(x - t * dx, y - t * dy);
+      const double off = std::sqrt((x - t * dx) * (x - t * dx) + (y - t * dy) * (y - t * dy));
       if (!Within(off, width / 2) || height <= 0) continue;
       const double area = a.area_mm2 + t * (b.area_mm2 - a.area_mm2);
       const double z = height * NodeHeight(shape, area / (width * height), off, width / 2, spacing);
@@ -152,27 +152,6 @@ bool Bends(std::span<const BeadSample> samples, std::size_t i, double cell_mm) {
 }
 
 }  // namespace
-
-double Relief::HeightAt(double x_mm, double y_mm) const {
-  const double x = (x_mm - origin_x_mm) / cell_mm;
-  const double y = (y_mm - origin_y_mm) / cell_mm;
-  if (!(x >= 0 && y >= 0 && x < columns - 1 && y < rows - 1)) return 0;
-  const int column = static_cast<int>(x);
-  const int below = static_cast<int>(y);
-  const double fx = x - column;
-  const double fy = y - below;
-  const float* p = row(below) + column;
-  const float* q = p + columns;
-  return (1 - fy) * ((1 - fx) * static_cast<double>(p[0]) + fx * static_cast<double>(p[1])) +
-         fy * ((1 - fx) * static_cast<double>(q[0]) + fx * static_cast<double>(q[1]));
-}
-
-bool Relief::CoveredAt(double x_mm, double y_mm) const {
-  const double x = std::round((x_mm - origin_x_mm) / cell_mm);
-  const double y = std::round((y_mm - origin_y_mm) / cell_mm);
-  return x >= 0 && y >= 0 && x < columns && y < rows &&
-         row(static_cast<int>(y))[static_cast<int>(x)] > 0;
-}
 
 double Relief::TopBetween(double y_lo_mm, double y_hi_mm) const {
   const double lo = std::floor((y_lo_mm - origin_y_mm) / cell_mm);

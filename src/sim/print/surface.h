@@ -1,6 +1,7 @@
 // Bed as a height field, for illumination.
 #pragma once
 
+#include <cmath>
 #include <cstddef>
 #include <vector>
 
@@ -35,10 +36,27 @@ struct Relief {
     return height_mm.data() + static_cast<std::size_t>(index) * static_cast<std::size_t>(columns);
   }
   /// Interpolates bilinearly; 0 outside.
-  [[nodiscard]] double HeightAt(double x_mm, double y_mm) const;
+  [[nodiscard]] double HeightAt(double x_mm, double y_mm) const {
+    const double x = (x_mm - origin_x_mm) / cell_mm;
+    const double y = (y_mm - origin_y_mm) / cell_mm;
+    if (!(x >= 0 && y >= 0 && x < columns - 1 && y < rows - 1)) return 0;
+    const int column = static_cast<int>(x);
+    const int below = static_cast<int>(y);
+    const double fx = x - column;
+    const double fy = y - below;
+    const float* p = row(below) + column;
+    const float* q = p + columns;
+    return (1 - fy) * ((1 - fx) * static_cast<double>(p[0]) + fx * static_cast<double>(p[1])) +
+           fy * ((1 - fx) * static_cast<double>(q[0]) + fx * static_cast<double>(q[1]));
+  }
   /// True if the nearest node has material: the beads' true extent, without the slope that
   /// interpolation adds beyond their edges.
-  [[nodiscard]] bool CoveredAt(double x_mm, double y_mm) const;
+  [[nodiscard]] bool CoveredAt(double x_mm, double y_mm) const {
+    const double x = std::floor((x_mm - origin_x_mm) / cell_mm + 0.5);
+    const double y = std::floor((y_mm - origin_y_mm) / cell_mm + 0.5);
+    return x >= 0 && y >= 0 && x < columns && y < rows &&
+           row(static_cast<int>(y))[static_cast<int>(x)] > 0;
+  }
   /// Returns an upper limit of the height anywhere at y_lo … y_hi; 0 outside.
   [[nodiscard]] double TopBetween(double y_lo_mm, double y_hi_mm) const;
 };
