@@ -64,6 +64,7 @@ class Interpreter {
   Result<void> SetVelocityLimit(const Command& command);
   Result<void> SetJerk(const Command& command);
   Result<void> SetPressureAdvance(const Command& command);
+  Result<void> CheckModel(const Command& command);
   Result<void> SetTemperature(const Command& command);
   Result<void> SaveState(const Command& command);
   Result<void> RestoreState(const Command& command);
@@ -76,6 +77,8 @@ class Interpreter {
   Axes offset_{};  // SET_GCODE_OFFSET's part of the base
   Move next_;      // the template of the next move: limits and pressure advance in force
   double max_velocity_mm_s_;
+  bool buddy_ = false;                  // Prusa's firmware prints
+  double buddy_smooth_time_s_ = 0.040;  // its default
 };
 
 Result<bool> Interpreter::Read(const Command& command, const std::string& key, const Bound& bound,
@@ -202,17 +205,27 @@ Result<void> Interpreter::SetJerk(const Command& command) {
   return {};
 }
 
-// Klipper's SET_PRESSURE_ADVANCE ADVANCE; Marlin's and Bambu's M900 K, and M572 S of RepRapFirmware
-// and Prusa, do not smooth here.
+// Klipper's SET_PRESSURE_ADVANCE ADVANCE averages over its smooth time. M900 K of Marlin and M572 S
+// of RepRapFirmware do not; Bambu's M900 is not published, and does not here. M572 of Prusa's Buddy
+// averages over W, which remains in force; RepRapFirmware's has no W.
 Result<void> Interpreter::SetPressureAdvance(const Command& command) {
   const char* key = command.name == "M900" ? "K" : command.name == "M572" ? "S" : "ADVANCE";
   TRY(Read(command, key, kPressureAdvanceS, next_.pressure_advance_s));
   if (command.name == "SET_PRESSURE_ADVANCE") {
     TRY(Read(command, "SMOOTH_TIME", kSmoothTimeS, next_.smooth_time_s));
+  } else if (command.name == "M572") {
+    if (TRY(Read(command, "W", kSmoothTimeS, buddy_smooth_time_s_))) buddy_ = true;
+    next_.smooth_time_s = buddy_ ? buddy_smooth_time_s_ : 0;
   } else {
     next_.smooth_time_s = 0;
   }
   next_.stop_before = true;
+  return {};
+}
+
+// Only Prusa's firmware checks its printer's model.
+Result<void> Interpreter::CheckModel(const Command& /*command*/) {
+  buddy_ = true;
   return {};
 }
 
@@ -281,6 +294,7 @@ const std::map<std::string, Interpreter::Handler>& Interpreter::Handlers() {
       {"SET_PRESSURE_ADVANCE", &I::SetPressureAdvance},
       {"M900", &I::SetPressureAdvance},
       {"M572", &I::SetPressureAdvance},
+      {"M862.3", &I::CheckModel},
       {"M220", &I::SetFactor},
       {"M221", &I::SetFactor},
       {"M104", &I::SetTemperature},

@@ -47,7 +47,9 @@ struct Program {
 };
 
 /// Interprets the Klipper commands that printing files use, and the pressure-advance commands of
-/// Marlin (M900 K) and RepRapFirmware (M572 D S), both without smoothing as in those firmwares.
+/// Marlin (M900 K) and RepRapFirmware (M572 D S), both without smoothing as in those firmwares, and
+/// Prusa's Buddy (M572 S W), which averages over W, 0.04 s at first. A file is Buddy's if it checks
+/// the printer's model (M862.3) or sets a W.
 /// Errors state the line number and the value: a malformed or non-finite number, a position beyond
 /// +-10 m, a feed, acceleration or pressure advance out of bounds, more than a million moves.
 [[nodiscard]] Result<Program> InterpretGcode(std::string_view text,

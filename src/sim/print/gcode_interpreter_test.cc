@@ -80,5 +80,20 @@ TEST(GcodeInterpreter, FaultsNameLineKeyValueAndBound) {
   EXPECT_THAT(FaultOf("M572 D0 S11"), HasSubstr("S is 11"));
 }
 
+TEST(InterpretGcode, PrusaSmoothsByWAndRepRapFirmwareDoesNot) {
+  const auto smooth = [](const std::string& lines) {
+    const auto program = InterpretGcode(lines + "G1 X10 E1 F600\n", {});
+    EXPECT_TRUE(program) << program.error().message;
+    return program ? program->moves.at(0).smooth_time_s : -1;
+  };
+  EXPECT_EQ(smooth("M572 D0 S0.05\n"), 0);
+  EXPECT_EQ(smooth("M572 D0 S0.05 W0.02\n"), 0.02);
+  EXPECT_EQ(smooth("M862.3 P \"MK4\"\nM572 S0.05\n"), 0.04);
+  EXPECT_EQ(smooth("M572 S0.05 W0.02\nM572 S0.06\n"), 0.02);
+  EXPECT_EQ(smooth("M900 K0.05\n"), 0);
+  EXPECT_EQ(smooth("SET_PRESSURE_ADVANCE ADVANCE=0.05\n"), 0.04);
+  EXPECT_FALSE(InterpretGcode("M572 S0.05 W0.3\n", {}));
+}
+
 }  // namespace
 }  // namespace trammel::sim
