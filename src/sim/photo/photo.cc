@@ -310,6 +310,7 @@ class Scene {
           lit * weight * (patch.sheen * (0.6 + 0.5 * shade) + patch.glints * facet);
       for (std::size_t i = 0; i < 3; ++i) colour[i] += amount * patch.bgr[i];
     }
+    for (std::size_t i = 0; i < 3; ++i) colour[i] += GlareAt(i, x_px, y_px);
     return colour;
   }
 
@@ -346,6 +347,7 @@ class Scene {
       for (const Reflection& patch : traits_.reflections) {
         own += 0.25 * patch.sheen * patch.bgr[i] * Fade(patch, x_px, y_px);
       }
+      own += GlareAt(i, x_px, y_px);
       colour[i] = cover * own * lit + (1 - cover) * below[i];
     }
     return colour;
@@ -355,6 +357,11 @@ class Scene {
     const double x = (x_px - 0.5 * traits_.width_px) / traits_.height_px - patch.x;
     const double y = (y_px - 0.5 * traits_.height_px) / traits_.height_px - patch.y;
     return std::exp(-0.5 * (x * x + y * y) / (patch.radius * patch.radius));
+  }
+
+  [[nodiscard]] double GlareAt(std::size_t channel, double x_px, double y_px) const {
+    const Reflection& glare = traits_.glare;
+    return glare.sheen > 0 ? glare.sheen * glare.bgr[channel] * Fade(glare, x_px, y_px) : 0;
   }
 
   [[nodiscard]] double Illumination(double x_px, double y_px) const {

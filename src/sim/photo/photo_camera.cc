@@ -58,6 +58,17 @@ std::string ToString(const PhotoScene& scene) {
          std::string(kOn) + NameOf(kPlates, scene.plate);
 }
 
+void ReachIn(double depth, PhotoTraits& traits) {
+  constexpr double kFingerPitch = 0.09;
+  traits.fingers.clear();
+  if (depth <= 0) return;
+  const double edge = -0.5 * traits.width_px / traits.height_px;
+  for (int finger = -1; finger <= 1; ++finger) {
+    traits.fingers.push_back(
+        {edge + depth, kFingerPitch * finger, std::numbers::pi, depth + 0.1, 0.042});
+  }
+}
+
 PhotoTraits DrawPhotoTraits(const PhotoScene& scene, Random& random) {
   constexpr double kDegree = std::numbers::pi / 180;
   PhotoTraits traits;

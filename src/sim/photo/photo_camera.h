@@ -78,6 +78,7 @@ struct PhotoTraits {
   double vignetting = 0;              ///< loss of light in the corners, 0 … 0.9
   double exposure = 1;                ///< 0.2 … 3
   std::vector<Reflection> reflections;
+  Reflection glare;  ///< one more lamp, of which the filament shines as the plate does
   /// Shadow of the photographer: a soft edge, towards its azimuth all is darker by `shadow`.
   double shadow = 0;         ///< share of the light, 0 … 0.9
   double shadow_offset = 0;  ///< edge from the picture's centre, in picture heights
@@ -91,6 +92,10 @@ struct PhotoTraits {
   int jpeg_quality = 95;       ///< 1 … 100
   bool mirrored = false;       ///< left and right exchanged, as by a selfie camera
 };
+
+/// Lays three fingers over the picture from its left edge, side by side at its middle.
+/// @param depth  how far they reach in, in picture heights; 0: none
+void ReachIn(double depth, PhotoTraits& traits);
 
 /// Photo traits that options set by name.
 inline constexpr NamedNumber<PhotoTraits> kPhotoNumbers[] = {
@@ -116,6 +121,15 @@ inline constexpr NamedNumber<PhotoTraits> kPhotoNumbers[] = {
      },
      0, 0},
     {"shadow", [](double v, PhotoTraits& t) { t.shadow = v; }, 0, 0.9},
+    {"shadow-offset", [](double v, PhotoTraits& t) { t.shadow_offset = v; }, -2, 2},
+    {"shadow-azimuth-deg",
+     [](double v, PhotoTraits& t) { t.shadow_azimuth_rad = v * kRadiansPerDegree; }, -360, 360},
+    {"shadow-softness", [](double v, PhotoTraits& t) { t.shadow_softness = v; }, 0.001, 1},
+    {"glare", [](double v, PhotoTraits& t) { t.glare.sheen = v; }, 0, 3},
+    {"glare-x", [](double v, PhotoTraits& t) { t.glare.x = v; }, -2, 2},
+    {"glare-y", [](double v, PhotoTraits& t) { t.glare.y = v; }, -2, 2},
+    {"glare-radius", [](double v, PhotoTraits& t) { t.glare.radius = v; }, 0.01, 1},
+    {"hand", [](double v, PhotoTraits& t) { ReachIn(v, t); }, 0, 1.5},
     {"blur-px", [](double v, PhotoTraits& t) { t.blur_sigma_px = v; }, 0, 10},
     {"sharpening", [](double v, PhotoTraits& t) { t.sharpening = v; }, 0, 2},
     {"noise", [](double v, PhotoTraits& t) { t.noise = v; }, 0, 30},

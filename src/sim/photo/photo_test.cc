@@ -7,6 +7,7 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <initializer_list>
 #include <utility>
 
 #include "sim/laser/laser_test_support.h"
@@ -112,6 +113,38 @@ TEST(Photo, EqualSeedsGiveEqualPicturesAndOthersDiffer) {
   };
   EXPECT_EQ(render(11), render(11));
   EXPECT_NE(render(11), render(12));
+}
+
+TEST(Photo, TraitsByNameDarkenBrightenAndHide) {
+  const auto grey = [](std::initializer_list<std::pair<const char*, double>> settings, double x,
+                       double y) {
+    PhotoTraits traits = SmallPhoto();
+    traits.scene.plate = PhotoPlate::kGlass;
+    for (const auto& [name, value] : settings) {
+      EXPECT_TRUE(SetNamed(kPhotoNumbers, {name, value}, traits).value_or(false)) << name;
+    }
+    Result<Frame> photo = RenderPhoto(ThreeBeads(), traits, Random(1));
+    EXPECT_TRUE(photo);
+    if (!photo) return 0;
+    const auto column = static_cast<int>((0.5 + x) * photo->width);
+    return int{photo->row(static_cast<int>((0.5 + y) * photo->height))[3 * column + 1]};
+  };
+  const int plain = grey({}, -0.45, 0.02);
+  const int far = grey({}, 0.45, 0.02);
+  EXPECT_LT(grey({{"hand", 0.1}}, 0.45, 0.02), far + 10);
+  EXPECT_GT(grey({{"hand", 0.1}}, 0.45, 0.02), far - 10);
+  EXPECT_GT(std::abs(grey({{"hand", 0.1}}, -0.45, 0.02) - plain), 15);
+  EXPECT_GT(grey({{"glare", 1}, {"glare-x", 0}, {"glare-y", 0.02}}, 0, 0.02),
+            grey({}, 0, 0.02) + 50);
+  // The shadow's edge is 0.2 heights right of the middle.
+  const auto shadow = [&](double x) {
+    return grey({{"shadow", 0.5}, {"shadow-offset", 0.1}, {"shadow-softness", 0.01}}, x, 0.02);
+  };
+  EXPECT_NEAR(shadow(-0.45), plain, 10);
+  EXPECT_NEAR(shadow(0.45), far / 2, 10);
+  EXPECT_NEAR(
+      grey({{"shadow", 0.5}, {"shadow-azimuth-deg", 180}, {"shadow-offset", 0.1}}, 0.45, 0.02), far,
+      10);
 }
 
 }  // namespace
