@@ -23,6 +23,8 @@ struct SimPatternArguments {
   std::string firmware;
   std::string values;
   std::string bed = "250x250";
+  std::string speeds;
+  std::string accelerations;
   std::vector<std::string> settings;
   std::string out;
 };
@@ -73,6 +75,20 @@ Result<void> ReadValues(const std::string& text, Options& options) {
   return {};
 }
 
+Result<void> ReadList(const char* option, const std::string& text, std::vector<double>& list) {
+  if (text.empty()) return {};
+  list.clear();
+  for (const auto& part : Split(text, ',', 20)) {
+    const auto number = ParseNumber<double>(part);
+    if (!number) {
+      return Fail(fmt::format("{} {}: must be numbers, for example 50,100,200", option,
+                              text.substr(0, 60)));
+    }
+    list.push_back(*number);
+  }
+  return {};
+}
+
 Result<void> WritePattern(const SimPatternArguments& arguments) {
   Options options = sim::PatternDefaults(TRY(sim::ParsePatternKind(arguments.kind)));
   if (!arguments.firmware.empty()) {
@@ -86,6 +102,8 @@ Result<void> WritePattern(const SimPatternArguments& arguments) {
   }
   options.bed_x_mm = bed->first;
   options.bed_y_mm = bed->second;
+  TRY(ReadList("--speeds", arguments.speeds, options.speeds_mm_s));
+  TRY(ReadList("--accelerations", arguments.accelerations, options.accelerations_mm_s2));
   for (const std::string& text : arguments.settings) {
     if (!TRY(sim::SetNamed(kPatternNumbers, TRY(sim::ParseNamedValue("--set", text)), options))) {
       return sim::NoSuchName("--set", text, sim::NamesOf(kPatternNumbers));
@@ -105,11 +123,16 @@ void AddSimPattern(CLI::App& parent, int& exit_code) {
   const auto arguments = std::make_shared<SimPatternArguments>();
   CLI::App* pattern =
       parent.add_subcommand("pattern", "write the pressure-advance pattern of another tool");
-  pattern->add_option("kind", arguments->kind, "orca-line, orca-pattern, ellis or marlin-lines")
+  pattern
+      ->add_option("kind", arguments->kind,
+                   "orca-line, orca-pattern, orca-batch, ellis or marlin-lines")
       ->required();
   pattern->add_option("--pa", arguments->values,
                       "START:END:STEP in s; without it, what the tool proposes");
-  pattern->add_option("--firmware", arguments->firmware, "klipper, marlin, rrf or bambu");
+  pattern->add_option("--firmware", arguments->firmware, "klipper, marlin, rrf, bambu or prusa");
+  pattern->add_option("--speeds", arguments->speeds, "of orca-batch, mm/s: 50,100,200");
+  pattern->add_option("--accelerations", arguments->accelerations,
+                      "of orca-batch, mm/s^2: 1000,3000,10000");
   pattern->add_option("--bed", arguments->bed, "WIDTHxDEPTH, mm")->capture_default_str();
   pattern->add_option("--set", arguments->settings,
                       "NAME=NUMBER, may be given again; mm, mm/s, mm/s^2, s; names: " +

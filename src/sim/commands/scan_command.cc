@@ -186,6 +186,15 @@ Result<void> WritePhotoTruth(const PhotoArguments& arguments, const sim::Print& 
                           {"seed", arguments.seed},
                           {"scene", arguments.scene}};
   if (print.truth.corner_s) truth["corner_s"] = *print.truth.corner_s;
+  for (const sim::CornerTruth& corner : print.truth.corners) {
+    truth["corners"].push_back({{"speed_mm_s", corner.speed_mm_s},
+                                {"acceleration_mm_s2", corner.acceleration_mm_s2},
+                                {"pressure_advance_s", corner.pressure_advance_s},
+                                {"tangent_s", corner.tangent_s},
+                                {"corner_s", corner.corner_s},
+                                {"x_mm", corner.x_mm},
+                                {"y_mm", corner.y_mm}});
+  }
   return files::WriteWholeFile(
       arguments.truth, truth.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n",
       files::IfThere::kRefuse);

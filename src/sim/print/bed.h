@@ -27,6 +27,17 @@ struct Bed {
   std::vector<Strand> strands;
 };
 
+/// Truth of the corners that one speed and acceleration have in common: one chevron pattern.
+struct CornerTruth {
+  double speed_mm_s = 0;
+  double acceleration_mm_s2 = 0;
+  double pressure_advance_s = 0;  ///< secant of the storage law from standstill to the arms' flow
+  double tangent_s = 0;           ///< slope of the law at the arms' flow
+  double corner_s = 0;            ///< print/corner_truth.h
+  double x_mm = 0;                ///< mean place of the corners
+  double y_mm = 0;
+};
+
 /// Truth of one virtual print, stored beside its recordings and never read by the analysis.
 struct PrintTruth {
   /// K*: the PA that stores just what the change of flow needs: the secant of the storage law
@@ -38,6 +49,9 @@ struct PrintTruth {
   /// Prints with sharp corners: the pressure advance that lays the commanded filament around them
   /// (print/corner_truth.h).
   std::optional<double> corner_s = std::nullopt;
+  /// The same for each speed and acceleration at which the highest layer has corners, in print
+  /// order.
+  std::vector<CornerTruth> corners = {};
   double flow_factor = 1;  ///< delivered over commanded flow; scatter, drift, slip apart
 };
 

@@ -1,8 +1,10 @@
 #include "sim/print/corner_truth.h"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <optional>
 #include <vector>
 
 namespace trammel::sim {
@@ -46,28 +48,66 @@ double SurplusAt(std::array<Move, 2> arms, double advance_s, const StorageModel&
   return laid_mm - commanded_mm;
 }
 
+// Returns the advance without a surplus in the window; absent if the arms are starved without any.
+std::optional<double> AdvanceOf(const std::array<Move, 2>& arms, const StorageModel& law) {
+  // Small but not 0, where the averaging would be off.
+  double low_s = 1e-6;
+  double high_s = 10;
+  if (SurplusAt(arms, low_s, law) <= 0) return {};
+  for (int i = 0; i < 40; ++i) {
+    const double middle_s = i < 20 ? std::sqrt(low_s * high_s) : (low_s + high_s) / 2;
+    (SurplusAt(arms, middle_s, law) > 0 ? low_s : high_s) = middle_s;
+  }
+  return (low_s + high_s) / 2;
+}
+
+// Corners of one speed and acceleration.
+struct CornerGroup {
+  std::array<Move, 2> arms;
+  double length_mm = 0;
+  double sum_x_mm = 0;
+  double sum_y_mm = 0;
+  int count = 0;
+};
+
+std::vector<CornerGroup> GroupCorners(std::span<const TimedMove> plan,
+                                      std::span<const Stroke> strokes) {
+  double top_mm = 0;
+  for (const Stroke& stroke : strokes) top_mm = std::max(top_mm, plan[stroke.last].move.to.z_mm);
+  std::vector<CornerGroup> groups;
+  for (const Stroke& stroke : strokes) {
+    const TimedMove& a = plan[stroke.first];
+    const TimedMove& b = plan[stroke.last];
+    if (stroke.last != stroke.first + 1 || a.move.to.z_mm < top_mm || !IsCorner(a, b)) continue;
+    auto group = std::find_if(groups.begin(), groups.end(), [&](const CornerGroup& g) {
+      return g.arms[0].feed_mm_s == a.move.feed_mm_s &&
+             g.arms[0].acceleration_mm_s2 == a.move.acceleration_mm_s2;
+    });
+    if (group == groups.end()) group = groups.insert(groups.end(), {{}, a.length_mm, 0, 0, 0});
+    group->arms = {a.move, b.move};
+    group->sum_x_mm += a.move.to.x_mm;
+    group->sum_y_mm += a.move.to.y_mm;
+    ++group->count;
+  }
+  return groups;
+}
+
 }  // namespace
 
-std::optional<double> CornerPressureAdvance(std::span<const TimedMove> plan,
-                                            std::span<const Stroke> strokes,
-                                            const StorageModel& law) {
-  for (std::size_t k = strokes.size(); k-- > 0;) {
-    const Stroke& stroke = strokes[k];
-    if (stroke.last != stroke.first + 1 || !IsCorner(plan[stroke.first], plan[stroke.last])) {
-      continue;
-    }
-    const std::array<Move, 2> arms = {plan[stroke.first].move, plan[stroke.last].move};
-    // Small but not 0, where the averaging would be off.
-    double low_s = 1e-6;
-    double high_s = 10;
-    if (SurplusAt(arms, low_s, law) <= 0) return {};
-    for (int i = 0; i < 40; ++i) {
-      const double middle_s = i < 20 ? std::sqrt(low_s * high_s) : (low_s + high_s) / 2;
-      (SurplusAt(arms, middle_s, law) > 0 ? low_s : high_s) = middle_s;
-    }
-    return (low_s + high_s) / 2;
+std::vector<CornerTruth> CornerTruths(std::span<const TimedMove> plan,
+                                      std::span<const Stroke> strokes, const StorageModel& law) {
+  std::vector<CornerTruth> truths;
+  for (const CornerGroup& group : GroupCorners(plan, strokes)) {
+    const std::optional<double> corner_s = AdvanceOf(group.arms, law);
+    if (!corner_s) continue;
+    const Move& arm = group.arms[0];
+    const double flow_mm_s = arm.feed_mm_s * arm.e_mm / group.length_mm;
+    truths.push_back({arm.feed_mm_s, arm.acceleration_mm_s2,
+                      IdealPressureAdvance(law, 0, flow_mm_s),
+                      1 / FlowFromStored(law, Stored(law, flow_mm_s)).slope_per_s, *corner_s,
+                      group.sum_x_mm / group.count, group.sum_y_mm / group.count});
   }
-  return {};
+  return truths;
 }
 
 }  // namespace trammel::sim

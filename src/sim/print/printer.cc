@@ -364,7 +364,8 @@ Result<Print> PrintGcode(std::string_view gcode, const PrinterTraits& traits, Ra
   }
   print.truth.pressure_advance_s = IdealPressureAdvance(law, lines.slow_mm_s, lines.fast_mm_s);
   print.truth.tangent_s = 1 / FlowFromStored(law, Stored(law, lines.fast_mm_s)).slope_per_s;
-  if (layer.has_layers()) print.truth.corner_s = CornerPressureAdvance(plan, strokes, law);
+  if (layer.has_layers()) print.truth.corners = CornerTruths(plan, strokes, law);
+  if (!print.truth.corners.empty()) print.truth.corner_s = print.truth.corners.back().corner_s;
   print.truth.flow_factor = traits.flow_factor;
   print.notes = NotesOf(program, lines, print.bed);
   return print;

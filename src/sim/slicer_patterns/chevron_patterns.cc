@@ -190,15 +190,93 @@ void DrawTrickLine(const PatternOptions& o, const Chevrons& lay, PatternSketch& 
   sketch.SetAcceleration(o.acceleration_mm_s2);
 }
 
+void DrawLayer(const PatternOptions& o, const ChevronTool& tool, const Chevrons& lay,
+               std::span<const double> values, int layer, PatternSketch& sketch) {
+  if (tool.orca) {
+    sketch.Line(fmt::format("; start pressure advance pattern for layer {}", layer + 1));
+  }
+  sketch.SetAdvance(values.front());
+  if (layer == 0) {
+    const PatternPen pen{lay.frame_wall_mm, o.first_layer_mm, o.first_layer_mm_s};
+    DrawLoops(sketch, lay.frame, tool.loops, pen);
+    if (o.numbers) DrawFilledBox(sketch, lay.tab, pen);
+  } else if (layer == 1) {
+    DrawLabels(o, tool, lay, sketch);
+  }
+  if (tool.orca) {
+    if (layer > 0) DrawTrickLine(o, lay, sketch);
+    DrawCube(o, tool, lay, layer == 0 ? o.first_layer_mm : o.layer_mm,
+             layer == 0 ? o.first_layer_mm_s : 2 * o.first_layer_mm_s, sketch);
+  }
+  DrawWalls(o, tool, lay, values, layer, sketch);
+  if (tool.orca) sketch.Line("; end pressure advance pattern for layer");
+}
+
+// One of several patterns on a plate.
+struct PlacedChevrons {
+  PatternOptions options;
+  Chevrons lay;
+};
+
+void Shift(PatternBox& box, double x_mm, double y_mm) {
+  box = {box.left_mm + x_mm, box.bottom_mm + y_mm, box.right_mm + x_mm, box.top_mm + y_mm};
+}
+
+// Returns one pattern for each speed and acceleration, speeds fastest, in rows about the bed's
+// middle, and their outline. The tool's own arranger is a general one: its places are others.
+std::vector<PlacedChevrons> Arrange(const PatternOptions& options, const ChevronTool& tool,
+                                    std::span<const double> values, PatternBox& all) {
+  constexpr double kApartMm = 5;
+  std::vector<PlacedChevrons> placed;
+  PatternBox box;  // of the largest
+  for (const double acceleration : options.accelerations_mm_s2) {
+    for (const double speed : options.speeds_mm_s) {
+      PatternOptions o = options;
+      o.fast_mm_s = speed;
+      o.acceleration_mm_s2 = acceleration;
+      placed.push_back({o, LayChevrons(o, tool, values)});
+      const Chevrons& lay = placed.back().lay;
+      box.right_mm = std::max(box.right_mm, lay.frame.right_mm - lay.frame.left_mm);
+      box.top_mm = std::max(box.top_mm, lay.tab.top_mm - lay.frame.bottom_mm);
+    }
+  }
+  const std::size_t columns = options.speeds_mm_s.size();
+  const std::size_t rows = options.accelerations_mm_s2.size();
+  const double pitch_x = box.right_mm + kApartMm;
+  const double pitch_y = box.top_mm + kApartMm;
+  all.left_mm = (options.bed_x_mm - static_cast<double>(columns) * pitch_x + kApartMm) / 2;
+  all.bottom_mm = (options.bed_y_mm - static_cast<double>(rows) * pitch_y + kApartMm) / 2;
+  all.right_mm = options.bed_x_mm - all.left_mm;
+  all.top_mm = options.bed_y_mm - all.bottom_mm;
+  for (std::size_t k = 0; k < placed.size(); ++k) {
+    Chevrons& lay = placed[k].lay;
+    const double x = all.left_mm + static_cast<double>(k % columns) * pitch_x - lay.frame.left_mm;
+    const double y =
+        all.bottom_mm + static_cast<double>(k / columns) * pitch_y - lay.frame.bottom_mm;
+    lay.first_x_mm += x;
+    Shift(lay.frame, x, y);
+    Shift(lay.tab, x, y);
+  }
+  return placed;
+}
+
 }  // namespace
 
 Result<void> DrawChevrons(const PatternOptions& o, std::span<const double> values,
                           PatternSketch& sketch) {
   const ChevronTool tool = ToolOf(o);
-  const Chevrons lay = LayChevrons(o, tool, values);
-  TRY(CheckOnBed({lay.frame.left_mm, lay.frame.bottom_mm - (tool.bambu ? 2 + kCubeMm : 0),
-                  lay.frame.right_mm, lay.tab.top_mm},
-                 o));
+  const bool batch = o.kind == PatternKind::kOrcaBatch;
+  std::vector<PlacedChevrons> patterns;
+  PatternBox box;
+  if (batch) {
+    patterns = Arrange(o, tool, values, box);
+  } else {
+    patterns.push_back({o, LayChevrons(o, tool, values)});
+    const Chevrons& lay = patterns[0].lay;
+    box = {lay.frame.left_mm, lay.frame.bottom_mm - (tool.bambu ? 2 + kCubeMm : 0),
+           lay.frame.right_mm, lay.tab.top_mm};
+  }
+  TRY(CheckOnBed(box, o));
   if (!tool.orca) WriteEllisHeader(o, values, sketch);
   sketch.Begin();
   sketch.SetAcceleration(o.acceleration_mm_s2);
@@ -208,24 +286,17 @@ Result<void> DrawChevrons(const PatternOptions& o, std::span<const double> value
   }
   for (int layer = 0; layer < o.layers; ++layer) {
     sketch.SetLayer(o.first_layer_mm + layer * o.layer_mm);
-    if (tool.orca) {
-      sketch.Line(fmt::format("; start pressure advance pattern for layer {}", layer + 1));
+    for (const PlacedChevrons& pattern : patterns) {
+      const std::string name =
+          fmt::format("printing object pa_pattern_{:g}_{:g} id:0 copy 0", pattern.options.fast_mm_s,
+                      pattern.options.acceleration_mm_s2);
+      if (batch) {
+        sketch.Line("; " + name);
+        sketch.SetAcceleration(pattern.options.acceleration_mm_s2);
+      }
+      DrawLayer(pattern.options, tool, pattern.lay, values, layer, sketch);
+      if (batch) sketch.Line("; stop " + name);
     }
-    sketch.SetAdvance(values.front());
-    if (layer == 0) {
-      const PatternPen pen{lay.frame_wall_mm, o.first_layer_mm, o.first_layer_mm_s};
-      DrawLoops(sketch, lay.frame, tool.loops, pen);
-      if (o.numbers) DrawFilledBox(sketch, lay.tab, pen);
-    } else if (layer == 1) {
-      DrawLabels(o, tool, lay, sketch);
-    }
-    if (tool.orca) {
-      if (layer > 0) DrawTrickLine(o, lay, sketch);
-      DrawCube(o, tool, lay, layer == 0 ? o.first_layer_mm : o.layer_mm,
-               layer == 0 ? o.first_layer_mm_s : 2 * o.first_layer_mm_s, sketch);
-    }
-    DrawWalls(o, tool, lay, values, layer, sketch);
-    if (tool.orca) sketch.Line("; end pressure advance pattern for layer");
   }
   sketch.SetAdvance(values.front());
   return {};

@@ -57,6 +57,12 @@ PatternOptions DrawPatternOptions(PatternKind kind, Random& random) {
     options.acceleration_mm_s2 = OneOf(std::array{1000.0, 2000.0, 3000.0, 5000.0, 10000.0}, random);
     if (kind == PatternKind::kEllis && random.Uniform() < 0.3) options.spacing_mm = 3;
   }
+  if (kind == PatternKind::kOrcaBatch) {
+    options.end_s = 0.06;  // nine of them fit on a bed of 250 mm
+    options.step_s = 0.005;
+    options.speeds_mm_s = {50, 100, 150};
+    options.accelerations_mm_s2 = {1000, 3000, 10000};
+  }
   options.corner_mm_s = OneOf(std::array{0.0, 5.0, 8.0}, random);
   options.smooth_time_s = OneOf(std::array{-1.0, 0.02, 0.04}, random);
   options.comments = random.Uniform() < 0.3;

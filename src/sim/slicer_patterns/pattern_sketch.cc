@@ -42,6 +42,7 @@ void PatternSketch::Remark(std::string_view text) {
 }
 
 void PatternSketch::Begin() {
+  if (options_.firmware == PatternFirmware::kPrusa) Line("M862.3 P \"MK4\"");
   Line(fmt::format("M140 S{:.0f}", options_.plate_c));
   Line(fmt::format("M104 S{:.0f}", options_.nozzle_c));
   Line(fmt::format("M190 S{:.0f}", options_.plate_c));
@@ -88,6 +89,11 @@ void PatternSketch::SetAdvance(double seconds) {
       return Line(fmt::format("M572 D0 S{:.6g}", seconds));
     case PatternFirmware::kBambu:
       return Line(fmt::format("M900 K{:.6g} L1000 M10", seconds));
+    case PatternFirmware::kPrusa: {
+      const double smooth = options_.smooth_time_s;
+      return Line(fmt::format("M572 S{:.6g}", seconds) +
+                  (smooth >= 0 ? fmt::format(" W{:g}", smooth) : ""));
+    }
   }
 }
 

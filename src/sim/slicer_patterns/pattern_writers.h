@@ -14,6 +14,7 @@ namespace trammel::sim {
                                          std::span<const double> values, PatternSketch& sketch);
 [[nodiscard]] Result<void> DrawMarlinLines(const PatternOptions& options,
                                            std::span<const double> values, PatternSketch& sketch);
+/// One pattern, or Orca's batch of them.
 [[nodiscard]] Result<void> DrawChevrons(const PatternOptions& options,
                                         std::span<const double> values, PatternSketch& sketch);
 

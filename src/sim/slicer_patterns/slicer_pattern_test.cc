@@ -127,6 +127,68 @@ TEST(SlicerPattern, ChevronsHaveTheToolsGeometry) {
   EXPECT_NEAR(right - walls.back().to.x_mm, 1.551, 0.005);
 }
 
+PatternOptions BatchOptions() {
+  PatternOptions options = Options(PatternKind::kOrcaBatch, 0, 0.06, 0.005);
+  options.speeds_mm_s = {50, 100, 150};
+  options.accelerations_mm_s2 = {1000, 3000, 10000};
+  return options;
+}
+
+TEST(SlicerPattern, ABatchHasOnePatternForEachSpeedAndAcceleration) {
+  const PatternOptions options = BatchOptions();
+  const std::string gcode = MustWrite(options);
+  EXPECT_THAT(gcode, HasSubstr("; printing object pa_pattern_150_10000 id:0"));
+  EXPECT_THAT(gcode, HasSubstr("; printing object pa_pattern_50_3000 id:0"));
+  const std::vector<Move> walls = WallsOf(DepositsOf(gcode));
+  ASSERT_EQ(walls.size(), 9U * 13 * 3);
+  for (std::size_t i = 0; i < walls.size(); ++i) {
+    const std::size_t pattern = i / 39;
+    EXPECT_NEAR(walls[i].feed_mm_s, options.speeds_mm_s[pattern % 3], 0.1);
+    EXPECT_NEAR(walls[i].acceleration_mm_s2, options.accelerations_mm_s2[pattern / 3], 1);
+    EXPECT_NEAR(walls[i].pressure_advance_s, 0.005 * static_cast<double>(i % 39 / 3), 1e-9);
+    // All patterns are congruent.
+    EXPECT_NEAR(walls[i].to.x_mm - walls[39 * pattern].to.x_mm,
+                walls[i % 39].to.x_mm - walls[0].to.x_mm, kRoundingMm);
+  }
+  PatternOptions wide = BatchOptions();
+  wide.end_s = 0.08;
+  EXPECT_FALSE(WriteSlicerPattern(wide));
+  wide.speeds_mm_s = {};
+  EXPECT_FALSE(WriteSlicerPattern(wide));
+  wide.speeds_mm_s = {std::nan("")};
+  EXPECT_FALSE(WriteSlicerPattern(wide));
+}
+
+TEST(LayeredPrint, EachPatternOfABatchHasItsTruth) {
+  PatternOptions options = BatchOptions();
+  options.end_s = 0.01;
+  options.numbers = false;
+  options.speeds_mm_s = {50, 150};
+  options.accelerations_mm_s2 = {1000, 10000};
+  PrinterTraits traits;
+  traits.law.kind = StorageKind::kPower;
+  traits.law.exponent = 0.6;
+  Random random(1);
+  const auto print = PrintGcode(MustWrite(options), traits, random);
+  ASSERT_TRUE(print) << print.error().message;
+  const std::vector<CornerTruth>& corners = print->truth.corners;
+  ASSERT_EQ(corners.size(), 4U);
+  for (std::size_t i = 0; i < 4; ++i) {
+    EXPECT_EQ(corners[i].speed_mm_s, options.speeds_mm_s[i % 2]);
+    EXPECT_EQ(corners[i].acceleration_mm_s2, options.accelerations_mm_s2[i / 2]);
+    EXPECT_NEAR(corners[i].tangent_s, 0.6 * corners[i].pressure_advance_s, 1e-9);
+    EXPECT_GT(corners[i].corner_s, corners[i].tangent_s);
+    EXPECT_LT(corners[i].corner_s, corners[i].pressure_advance_s);
+  }
+  // S = c q^0.6: three times the speed has 3^-0.4 of the secant. A short dip sees the slope. E has
+  // five decimals.
+  EXPECT_NEAR(corners[1].pressure_advance_s / corners[0].pressure_advance_s, std::pow(3, -0.4),
+              2e-5);
+  EXPECT_LT(corners[2].corner_s, corners[0].corner_s);
+  EXPECT_LT(corners[0].x_mm, corners[1].x_mm);
+  EXPECT_LT(corners[0].y_mm, corners[2].y_mm);
+}
+
 TEST(SlicerPattern, LinesHaveTheToolsGeometry) {
   for (const PatternKind kind : {PatternKind::kOrcaLine, PatternKind::kMarlinLines}) {
     const bool orca = kind == PatternKind::kOrcaLine;
@@ -172,8 +234,9 @@ TEST(SlicerPattern, LabelsAreCutAsOrcaCutsThem) {
 
 TEST(SlicerPattern, EveryFirmwareIsUnderstoodByTheVirtualPrinter) {
   for (const PatternKind kind : kAllKinds) {
-    for (const PatternFirmware firmware : {PatternFirmware::kKlipper, PatternFirmware::kMarlin,
-                                           PatternFirmware::kRepRap, PatternFirmware::kBambu}) {
+    for (const PatternFirmware firmware :
+         {PatternFirmware::kKlipper, PatternFirmware::kMarlin, PatternFirmware::kRepRap,
+          PatternFirmware::kBambu, PatternFirmware::kPrusa}) {
       PatternOptions options = PatternDefaults(kind);
       options.firmware = firmware;
       options.absolute_e = firmware == PatternFirmware::kMarlin;
@@ -183,9 +246,11 @@ TEST(SlicerPattern, EveryFirmwareIsUnderstoodByTheVirtualPrinter) {
       ASSERT_TRUE(program) << program.error().message;
       EXPECT_TRUE(program->ignored.empty()) << program->ignored.begin()->first;
       const bool klipper = firmware == PatternFirmware::kKlipper;
+      const bool smooths = klipper || firmware == PatternFirmware::kPrusa;
       double last = 0;
       for (const Move& move : program->moves) {
         if (move.e_mm > 0) last = std::max(last, move.pressure_advance_s);
+        if (move.pressure_advance_s > 0) EXPECT_EQ(move.smooth_time_s, smooths ? 0.04 : 0);
         EXPECT_NEAR(move.corner_velocity_mm_s,
                     klipper || move.e_mm <= 0 ? move.corner_velocity_mm_s : 8 * std::numbers::sqrt2,
                     1e-9);
