@@ -220,7 +220,8 @@ Extrusion Extrude(std::span<const TimedMove> plan, std::span<const Stroke> strok
       started = true;
       hot_end.Lose(strokes[k].primed ? flows[k].start_loss_mm : 0);
     }
-    const double slipped_mm = Slipped(driven[step], options);
+    const bool slips = printing || options.slips_standing;
+    const double slipped_mm = slips ? Slipped(driven[step], options) : 0;
     result.slipped_mm += slipped_mm;
     double out_mm = hot_end.Push(driven[step] - slipped_mm, flows[k].law, printing);
     if (time_s < strokes[k].arrives_s || time_s >= strokes[k].leaves_s) {

@@ -47,7 +47,10 @@ struct ExtruderOptions {
   Starvation starvation = Starvation::kRefill;
   double slip = 0;                    ///< share lost at slip_reference_mm_s
   double slip_reference_mm_s = 6.24;  ///< filament mm/s
-  double drift = 0;                   ///< amplitude, share of the flow
+  /// Slip while the nozzle stands, too: a fast un-retraction then loses up to half. Without it only
+  /// the pressure of printing slips.
+  bool slips_standing = true;
+  double drift = 0;  ///< amplitude, share of the flow
   double drift_phase_rad = 0;
   double drift_period_s = 40;
 };

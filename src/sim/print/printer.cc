@@ -27,7 +27,7 @@ namespace {
 
 constexpr double kSpacingMm = 0.04;
 constexpr double kLongestPrintS = 3600;
-constexpr double kLongestLineMm = 100e3;
+constexpr double kLongestLineMm = 150e3;
 constexpr double kColdNozzleC = 170;  // Klipper's min_extrude_temp
 constexpr double kMinGapMm = 0.03;    // a nozzle pressed onto the plate still leaves a film
 constexpr double kSlipReferenceMm3S = 15;
@@ -352,12 +352,16 @@ Result<Print> PrintGcode(std::string_view gcode, const PrinterTraits& traits, Ra
   const LineFlows lines = FindLineFlows(plan, strokes);
   const StorageModel law = ScaledTo(traits.law, traits.k_star_s, lines.slow_mm_s, lines.fast_mm_s);
   const std::vector<StrokeFlow> flows = DrawFlows(strokes, law, traits, random);
+  StrandLayer layer(plan, strokes, traits);
+  ExtruderOptions extruder = DrawExtruder(traits, random);
+  // Labels of short strokes would lose most of them. Lines of one layer are long, and remain as
+  // they were when the published studies printed them.
+  extruder.slips_standing = !layer.has_layers();
   const Extrusion extrusion =
-      Extrude(plan, strokes, DrivenFilament(plan), flows, DrawExtruder(traits, random), kSpacingMm);
+      Extrude(plan, strokes, DrivenFilament(plan), flows, extruder, kSpacingMm);
   Print print;
   print.bed.size_x_mm = traits.bed_size_x_mm;
   print.bed.size_y_mm = traits.bed_size_y_mm;
-  StrandLayer layer(plan, strokes, traits);
   for (std::size_t k = 0; k < strokes.size(); ++k) {
     layer.Lay(strokes[k], extrusion.strokes[k], random, print.bed.strands);
     AddStrings(extrusion.strokes[k], traits, random, print.bed.strands);

@@ -26,7 +26,7 @@ struct Print {
 /// side of a speed change within a straight stroke. If no stroke changes its speed, the truth is K*
 /// between standstill and the most used flow, with a note.
 /// Errors (kInput): text that is not G-code, numbers out of bounds (with line number and value), a
-/// file that extrudes nothing, more than an hour of printing or 100 m of line.
+/// file that extrudes nothing, more than an hour of printing or 150 m of line.
 /// Cost: about 0.1 s for the paper's pattern.
 [[nodiscard]] Result<Print> PrintGcode(std::string_view gcode, const PrinterTraits& traits,
                                        Random& random);

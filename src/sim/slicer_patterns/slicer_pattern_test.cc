@@ -419,6 +419,31 @@ TEST(LayeredPrint, TheNozzleDragsSurplusAheadAndLosesNone) {
   EXPECT_NEAR(moment / (25 * 0.11), 0.5 * 2, 2e-3);
 }
 
+TEST(LayeredPrint, LabelsHaveTheirFilament) {
+  PatternOptions options = Options(PatternKind::kOrcaPattern, 0, 0.02, 0.01);
+  PrinterTraits traits;
+  traits.slip = 0.02;
+  traits.k_star_s = 0.02;
+  Random random(1);
+  const auto print = PrintGcode(MustWrite(options), traits, random);
+  ASSERT_TRUE(print) << print.error().message;
+  const std::vector<Move> deposits = DepositsOf(MustWrite(options));
+  const double tab_mm = WallsOf(deposits).at(0).to.y_mm + 22;  // an arm's reach and a bead
+  double commanded = 0;
+  for (const Move& move : deposits) {
+    if (std::abs(move.to.z_mm - 0.4) > 1e-6 || move.to.y_mm < tab_mm) continue;
+    commanded += move.e_mm * std::numbers::pi / 4 * 1.75 * 1.75;
+  }
+  double laid = 0;
+  for (const Strand& strand : print->bed.strands) {
+    const BeadSample& middle = strand.samples[strand.samples.size() / 2];
+    if (middle.y_mm > tab_mm && middle.base_mm > 0) laid += VolumeOf(strand);
+  }
+  EXPECT_GT(commanded, 5);
+  // Each stroke's pressure builds up at its start and leaves at its end.
+  EXPECT_NEAR(laid, commanded, 0.05 * commanded);
+}
+
 TEST(LayeredPrint, StacksToTheHeightOfItsLayers) {
   const Print print = PrintChevrons({}, 0.03, 0.05, 0.01);
   const auto region = PrintedRegion(print.bed);
