@@ -113,9 +113,7 @@ class Scene {
         RasterizeBed(bed, region,
                      std::max(std::clamp(pixel_mm / kCellsInPixel, kFinestCellMm, kCoarsestCellMm),
                               std::sqrt(area / kMaxCells)));
-    for (const Strand& strand : bed.strands) {
-      layered_ = layered_ || (!strand.samples.empty() && strand.samples.front().base_mm > 0);
-    }
+    layered_ = IsLayered(bed);
     MarkBlocks();
     light_ = {std::cos(traits.light_elevation_rad) * std::cos(traits.light_azimuth_rad),
               std::cos(traits.light_elevation_rad) * std::sin(traits.light_azimuth_rad),

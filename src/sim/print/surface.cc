@@ -139,9 +139,11 @@ void Stamp(Relief& relief, const SectionTable& shape, const BeadSample& a, const
   }
 }
 
-// True if a bead bends so much at a sample that its outer side would be left open.
-bool Bends(std::span<const BeadSample> samples, std::size_t i, double cell_mm) {
-  if (i == 0 || i + 1 == samples.size()) return true;  // strand ends are rounded
+// True if a bead ends at a sample, or bends so much in prints of several layers that its outer side
+// would be left open.
+bool IsRounded(std::span<const BeadSample> samples, std::size_t i, bool layered, double cell_mm) {
+  if (i == 0 || i + 1 == samples.size()) return true;
+  if (!layered) return false;
   const BeadSample& at = samples[i];
   const double ax = at.x_mm - samples[i - 1].x_mm;
   const double ay = at.y_mm - samples[i - 1].y_mm;
@@ -152,6 +154,12 @@ bool Bends(std::span<const BeadSample> samples, std::size_t i, double cell_mm) {
 }
 
 }  // namespace
+
+bool IsLayered(const Bed& bed) {
+  return std::any_of(bed.strands.begin(), bed.strands.end(), [](const Strand& strand) {
+    return !strand.samples.empty() && strand.samples.front().base_mm > 0;
+  });
+}
 
 double Relief::TopBetween(double y_lo_mm, double y_hi_mm) const {
   const double lo = std::floor((y_lo_mm - origin_y_mm) / cell_mm);
@@ -184,14 +192,15 @@ Relief RasterizeBed(const Bed& bed, const BedRegion& region, double cell_mm) {
   Relief relief{x0, y0, cell_mm, static_cast<int>(columns), static_cast<int>(rows), {}, {}};
   relief.height_mm.assign(static_cast<std::size_t>(columns * rows), 0.0F);
   static const SectionTable shape;
+  const bool layered = IsLayered(bed);
   for (const Strand& strand : bed.strands) {
     const std::size_t count = strand.samples.size();
     for (std::size_t i = 0; i + 1 < count; ++i) {
       const BeadSample& a = strand.samples[i];
       const BeadSample& b = strand.samples[i + 1];
       if (!Present(a) && !Present(b)) continue;
-      Stamp(relief, shape, a, b, Bends(strand.samples, i, cell_mm),
-            Bends(strand.samples, i + 1, cell_mm));
+      Stamp(relief, shape, a, b, IsRounded(strand.samples, i, layered, cell_mm),
+            IsRounded(strand.samples, i + 1, layered, cell_mm));
     }
   }
   UpdateRowTops(relief);

@@ -69,6 +69,9 @@ struct Relief {
 /// cell_mm <= width / 12. REQUIRES 0.002 <= cell_mm <= 1 and a region of at most 40 million cells.
 [[nodiscard]] Relief RasterizeBed(const Bed& bed, const BedRegion& region, double cell_mm);
 
+/// True for prints of several layers.
+[[nodiscard]] bool IsLayered(const Bed& bed);
+
 /// Computes row_top_mm from height_mm; for reliefs built by hand.
 void UpdateRowTops(Relief& relief);
 
