@@ -15,10 +15,11 @@ namespace {
 
 constexpr std::size_t kFewestCorners = 6;
 
-// 1 sigma of the surplus that the shape of a corner adds at any pressure advance: the fillet
-// inside, the round outside, shadows, filament that gains height instead of width. 0.06 mm by
-// windows and references on one real print, 0.1 mm on the first virtual prints (seeds below 20).
-constexpr double kShape_mm = 0.1;
+// Surplus that the shape of a corner has at any pressure advance: it is round outside, has a fillet
+// inside, casts shadows, and filament gains height instead of width. -0.01 mm on one real print
+// with its author's choice, -0.03 to -0.13 mm on virtual ones (seeds 330000 to 330010).
+constexpr double kShape_mm = -0.05;
+constexpr double kShapeSigma_mm = 0.06;
 constexpr double kUnknownMotion_s = 0.003;  // of the window, without speed and acceleration
 constexpr double kMinSignificance = 5;      // of the slope, as for lines
 constexpr double kWidest = 0.15;            // half of the interval, as a part of the tested range
@@ -94,7 +95,7 @@ RangedAnswer Judge(const signal::ZeroCrossing& fit, const CornerMotion& motion,
   }
   const double lines = std::hypot(fit.zero_sigma, fit.bend_shift);
   const double unknown = motion.speed_mm_s && motion.acceleration_mm_s2 ? 0 : kUnknownMotion_s;
-  const double shape = kShape_mm / fit.slope;
+  const double shape = kShapeSigma_mm / fit.slope;
   const double sigma = std::sqrt(lines * lines + unknown * unknown + shape * shape);
   const double freedom = std::max(1.0, fit.points - 3);
   const double ratio = sigma * sigma / std::max(1e-12, lines * lines);
@@ -143,7 +144,7 @@ Analysis FitCorners(const std::vector<CornerSurplus>& corners, const CornerMotio
   std::ranges::stable_sort(index, {}, [&](std::size_t i) { return corners[i].pressure_advance_s; });
   for (const std::size_t i : index) {
     x.push_back(corners[i].pressure_advance_s);
-    y.push_back(corners[i].surplus_mm);
+    y.push_back(corners[i].surplus_mm - kShape_mm);
     sigma.push_back(corners[i].sigma_mm);
   }
   const auto answer = [&](RangedAnswer ranged) {

@@ -13,6 +13,9 @@ namespace {
 
 using ::testing::HasSubstr;
 
+// Surplus that a corner's round outside takes at any pressure advance.
+constexpr double kRound_mm = -0.05;
+
 // Falls at 20 mm/s and bottoms out 20 ms beyond the right value, as gaps that are empty do.
 std::vector<CornerSurplus> Corners(double right_s, double noise_mm, std::uint64_t seed) {
   Random random(seed);
@@ -20,7 +23,7 @@ std::vector<CornerSurplus> Corners(double right_s, double noise_mm, std::uint64_
   for (int i = 0; i <= 16; ++i) {
     const double p = 0.005 * i;
     const double surplus = std::max(20 * (right_s - p), -0.4);
-    corners.push_back({p, surplus + noise_mm * random.Normal(), 0.01, ""});
+    corners.push_back({p, surplus + kRound_mm + noise_mm * random.Normal(), 0.01, ""});
   }
   return corners;
 }
