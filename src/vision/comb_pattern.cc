@@ -7,10 +7,12 @@
 #include <cstddef>
 #include <limits>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "base/check.h"
 #include "base/statistics.h"
+#include "vision/comb_ends.h"
 #include "vision/line_pattern.h"
 
 namespace trammel::vision {
@@ -501,6 +503,67 @@ Curve BesideLines(const Curve& other, const std::vector<Rung>& rungs, int direct
   return curve;
 }
 
+// Level and width that most lines have.
+struct UsualLine {
+  double height = 0, bead_px = 0;
+};
+
+UsualLine UsualOf(const std::vector<Rung>& rungs) {
+  std::vector<double> heights, widths;
+  for (const Rung& rung : rungs) {
+    heights.push_back(rung.height);
+    widths.push_back(rung.width_px);
+  }
+  return {Median(heights), Median(widths)};
+}
+
+void Describe(const GrayImage& seen, const std::vector<Rung>& rungs,
+              const std::optional<Curve>& left, const std::optional<Curve>& right,
+              LinePattern& pattern) {
+  for (std::size_t i = 0; i < rungs.size(); ++i) {
+    pattern.rungs.push_back(rungs[i].track);
+    pattern.seen.push_back(rungs[i].seen);
+    if (i > 0) pattern.steps.push_back(rungs[i].place - rungs[i - 1].place);
+  }
+  constexpr double kNextTraced = 1.6;  // pitches: a place and what is looked at beside it
+  pattern.first_cut = CutBeside(seen, rungs.front(), -kNextTraced * pattern.pitch_px);
+  pattern.last_cut = CutBeside(seen, rungs.back(), kNextTraced * pattern.pitch_px);
+  pattern.left_seen = left.has_value();
+  pattern.right_seen = right.has_value();
+  pattern.left_inner = left ? *left : BesideLines(*right, rungs, -1);
+  pattern.right_inner = right ? *right : BesideLines(*left, rungs, 1);
+}
+
+// Finds both ends of lines that no frame contains. Drops outer features that end where no line
+// does: the plate's edge, a shadow, texture.
+LinePattern WithFreeEnds(const GrayImage& contrast, const GrayImage& seen, std::vector<Rung> rungs,
+                         LinePattern pattern) {
+  std::vector<CombLine> lines;
+  for (const Rung& rung : rungs) lines.push_back({rung.track, rung.seen});
+  const CombEnds left = FindCombEnds(contrast, lines, pattern.pitch_px, pattern.bead_px, -1);
+  const CombEnds right = FindCombEnds(contrast, lines, pattern.pitch_px, pattern.bead_px, 1);
+  const auto leaves = [&](const CombEnds& ends) { return 2 * ends.cut > lines.size(); };
+  if ((!left.x_px && !leaves(left)) || (!right.x_px && !leaves(right)) ||
+      (!left.x_px && !right.x_px)) {
+    pattern.problem = fmt::format("{} equally spaced lines are seen, but not where they {}",
+                                  rungs.size(), left.x_px ? "end" : "begin");
+    return pattern;
+  }
+  std::size_t first = 0, last = rungs.size();
+  const auto ends = [&](std::size_t i) { return left.ends_here[i] || right.ends_here[i]; };
+  while (first < last && !ends(first)) ++first;
+  while (last > first && !ends(last - 1)) --last;
+  if (last - first < 3) {
+    pattern.problem =
+        fmt::format("only {} of {} lines end side by side", last - first, rungs.size());
+    return pattern;
+  }
+  rungs.erase(rungs.begin() + static_cast<std::ptrdiff_t>(last), rungs.end());
+  rungs.erase(rungs.begin(), rungs.begin() + static_cast<std::ptrdiff_t>(first));
+  Describe(seen, rungs, left.x_px, right.x_px, pattern);
+  return pattern;
+}
+
 }  // namespace
 
 LinePattern TraceComb(const GrayImage& contrast, const GrayImage& seen, const CombPlaces& places,
@@ -515,12 +578,10 @@ LinePattern TraceComb(const GrayImage& contrast, const GrayImage& seen, const Co
     pattern.problem = fmt::format("{} equally spaced lines can be traced", rungs.size());
     return pattern;
   }
-  std::vector<double> heights, widths;
-  for (const Rung& rung : rungs) {
-    heights.push_back(rung.height);
-    widths.push_back(rung.width_px);
-  }
-  const double height = Median(heights), bead_px = Median(widths), pitch_px = places.pitch_px;
+  const auto [height, bead_px] = UsualOf(rungs);
+  const double pitch_px = pattern.pitch_px = places.pitch_px;
+  pattern.bead_px = bead_px;
+  if (!framed) return WithFreeEnds(contrast, seen, std::move(rungs), std::move(pattern));
   const Rails rails = LookForRails(contrast, rungs, pitch_px, height, bead_px);
   auto left = FitRail(rails.left, -1, contrast.height, pitch_px, bead_px);
   auto right = FitRail(rails.right, 1, contrast.height, pitch_px, bead_px);
@@ -532,22 +593,8 @@ LinePattern TraceComb(const GrayImage& contrast, const GrayImage& seen, const Co
         rungs.size());
     return pattern;
   }
-  if (framed)
-    pattern.doubtful = DropBars(contrast, seen, left, right, pitch_px, bead_px, height, rungs);
-  pattern.pitch_px = pitch_px;
-  pattern.bead_px = bead_px;
-  for (std::size_t i = 0; i < rungs.size(); ++i) {
-    pattern.rungs.push_back(rungs[i].track);
-    pattern.seen.push_back(rungs[i].seen);
-    if (i > 0) pattern.steps.push_back(rungs[i].place - rungs[i - 1].place);
-  }
-  constexpr double kNextTraced = 1.6;  // pitches: a place and what is looked at beside it
-  pattern.first_cut = CutBeside(seen, rungs.front(), -kNextTraced * pitch_px);
-  pattern.last_cut = CutBeside(seen, rungs.back(), kNextTraced * pitch_px);
-  pattern.left_seen = left.has_value();
-  pattern.right_seen = right.has_value();
-  pattern.left_inner = left ? *left : BesideLines(*right, rungs, -1);
-  pattern.right_inner = right ? *right : BesideLines(*left, rungs, 1);
+  pattern.doubtful = DropBars(contrast, seen, left, right, pitch_px, bead_px, height, rungs);
+  Describe(seen, rungs, left, right, pattern);
   pattern.first_closed = FrameCloses(contrast, seen, pattern, false);
   pattern.last_closed = FrameCloses(contrast, seen, pattern, true);
   return pattern;
