@@ -110,7 +110,9 @@ CombEnds FindCombEnds(const GrayImage& contrast, std::span<const CombLine> lines
     std::vector<double> of_line;
     const bool leaves =
         EndsOf(AboveSpaces(contrast, line, pitch_px, bead_px), direction, bead_px, of_line);
-    found.cut += leaves;
+    const bool at_border =
+        direction < 0 ? line.seen.from_px > 0 : line.seen.to_px < contrast.width - 1;
+    found.cut += leaves && at_border;
     for (const double offset : of_line) {
       const double x = line.seen.from_px + offset;
       ends.push_back({i, x, line.track(x)});

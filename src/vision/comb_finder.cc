@@ -183,12 +183,12 @@ std::optional<Stretch> CoveredColumns(const std::vector<Stroke>& strokes, const 
     last = std::max(last, place);
   }
   const auto x_of = [&](int column) { return (column + 0.5) * seen.cols / kColumns; };
-  std::optional<Stretch> longest;
-  int begin = -1;
-  for (int column = 0; column <= kColumns; ++column) {
+  std::vector<Stretch> stretches;
+  bool before = false;
+  for (int column = 0; column < kColumns; ++column) {
     const double x = x_of(column);
     int shown = 0;
-    for (int place = first; place <= last && column < kColumns; ++place) {
+    for (int place = first; place <= last; ++place) {
       const double y = pencil.Y_px(place, x);
       shown += y >= 0 && y <= seen.rows - 1 &&
                seen.at<std::uint8_t>(static_cast<int>(y), static_cast<int>(x)) != 0;
@@ -199,15 +199,26 @@ std::optional<Stretch> CoveredColumns(const std::vector<Stroke>& strokes, const 
       if (p.front().x <= x && x <= p.back().x) covered.insert(place);
     }
     const bool most = shown > 0 && static_cast<double>(covered.size()) >= kMinShare * shown;
-    if (most && begin < 0) begin = column;
-    if (most || begin < 0) continue;
-    const Stretch stretch{x_of(begin), x_of(column - 1)};
-    if (!longest || stretch.second - stretch.first > longest->second - longest->first) {
-      longest = stretch;
-    }
-    begin = -1;
+    if (most && !before) stretches.emplace_back(x, x);
+    if (most) stretches.back().second = x;
+    before = most;
   }
-  return longest;
+  // Most lines may be broken at one place, where they change speed.
+  constexpr double kBreak = 0.15;
+  for (std::size_t i = 0; i + 1 < stretches.size();) {
+    const double whole = stretches[i + 1].second - stretches[i].first;
+    if (stretches[i + 1].first - stretches[i].second > kBreak * whole) {
+      ++i;
+      continue;
+    }
+    stretches[i].second = stretches[i + 1].second;
+    stretches.erase(stretches.begin() + static_cast<std::ptrdiff_t>(i) + 1);
+  }
+  const auto longest = std::max_element(
+      stretches.begin(), stretches.end(),
+      [](const Stretch& a, const Stretch& b) { return a.second - a.first < b.second - b.first; });
+  if (longest == stretches.end()) return std::nullopt;
+  return *longest;
 }
 
 // Drops outer places with weak strokes relative to the rest: the plate's texture.

@@ -558,6 +558,11 @@ LinePattern WithFreeEnds(const GrayImage& contrast, const GrayImage& seen, std::
         fmt::format("only {} of {} lines end side by side", last - first, rungs.size());
     return pattern;
   }
+  std::size_t ended = 0;
+  for (std::size_t i = first; i < last; ++i) {
+    ended += (!left.x_px || left.ends_here[i]) && (!right.x_px || right.ends_here[i]);
+  }
+  pattern.ended = static_cast<double>(ended) / static_cast<double>(last - first);
   rungs.erase(rungs.begin() + static_cast<std::ptrdiff_t>(last), rungs.end());
   rungs.erase(rungs.begin(), rungs.begin() + static_cast<std::ptrdiff_t>(first));
   Describe(seen, rungs, left.x_px, right.x_px, pattern);

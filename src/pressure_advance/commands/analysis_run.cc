@@ -241,6 +241,7 @@ Result<AnalysisRun> AnalysePhoto(const std::filesystem::path& file, const PhotoP
   options.start = plan.start;
   options.corner_mark = plan.corner_mark;
   options.framed = plan.framed;
+  options.length_pitches = plan.length_pitches;
   options.slow_before = plan.segments.front().fraction;
   options.slow_after = plan.segments.back().fraction;
   pressure_advance::PhotoMeasurement seen = pressure_advance::MeasurePhoto(picture.view(), options);

@@ -49,6 +49,7 @@ struct PhotoPlan {
   std::optional<pressure_advance::PhotoSide> start;  ///< printed start; absent: detected
   bool corner_mark = false;                          ///< PhotoOptions::corner_mark
   bool framed = true;                                ///< PhotoOptions::framed
+  std::optional<double> length_pitches = {};         ///< PhotoOptions::length_pitches
   std::optional<gcode::PrintedBy> printed_by = {};   ///< absent: not known
   std::vector<pressure_advance::Segment> segments =
       pressure_advance::PhotoSegments();       ///< of lines

@@ -175,6 +175,7 @@ PhotoPlan PhotoPlanOf(const SlicerPattern& pattern,
   if (pattern.form == PatternForm::kLines) {
     plan.segments = pattern.segments;
     plan.framed = false;
+    plan.length_pitches = pattern.length_mm / pattern.spacing_mm;
   } else {
     plan.motion = {pattern.speed_mm_s, pattern.acceleration_mm_s2, pattern.smooth_time_s};
     plan.spacing_mm = pattern.spacing_mm;

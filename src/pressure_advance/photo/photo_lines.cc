@@ -6,8 +6,10 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <functional>
 #include <map>
 #include <optional>
+#include <ranges>
 #include <utility>
 #include <vector>
 
@@ -223,9 +225,16 @@ void DropLoneBars(vision::LinePattern& pattern, std::size_t wanted) {
   }
 }
 
+void TakeView(CombView& view, PhotoLines& result) {
+  result.corners = view.corners;
+  result.picture = std::move(view.picture);
+  result.contrast = std::move(view.contrast);
+  result.line_pattern = std::move(view.line_pattern);
+}
+
 // Selects the views that agree on the number of places: some views miss an outer line or mistake a
 // shadow for one. The list does not decide, as it would select its own error.
-PhotoLines LinesOfComb(const Frame& measured, std::size_t wanted, bool framed) {
+PhotoLines LinesOfComb(const Frame& measured, std::size_t wanted) {
   struct Seen {
     double sum = 0;  // total strength of all views with this number of places
     std::optional<CombView> clearest;
@@ -238,7 +247,7 @@ PhotoLines LinesOfComb(const Frame& measured, std::size_t wanted, bool framed) {
   const std::vector<vision::FoundComb> combs = vision::FindCombs(measured.view());
   for (const vision::FoundComb& comb : combs) {
     std::optional<CombView> view =
-        LookAtComb(measured.view(), comb, ChoosingSize_px(wanted), framed);
+        LookAtComb(measured.view(), comb, ChoosingSize_px(wanted), true);
     if (!view) continue;
     if (!view->line_pattern.problem.empty()) {
       if (problem.empty()) problem = view->line_pattern.problem;
@@ -265,21 +274,88 @@ PhotoLines LinesOfComb(const Frame& measured, std::size_t wanted, bool framed) {
   }
   CombView& best = *most->second.clearest;
   std::optional<CombView> whole =
-      LookAtComb(measured.view(), *most->second.comb, kLongestRectified_px, framed);
+      LookAtComb(measured.view(), *most->second.comb, kLongestRectified_px, true);
   if (whole && whole->line_pattern.problem.empty() &&
       PlacesOf(whole->line_pattern) == most->first) {
     best = std::move(*whole);
   }
-  result.corners = best.corners;
-  result.picture = std::move(best.picture);
-  result.contrast = std::move(best.contrast);
-  result.line_pattern = std::move(best.line_pattern);
+  TakeView(best, result);
+  return result;
+}
+
+// Comb as it is seen in a reduced picture, of a pattern without a frame of its own.
+struct FreeComb {
+  const vision::FoundComb* comb = nullptr;
+  CombView view;
+  double score = 0;
+};
+
+// True if lines seen whole are as long as planned. A comb of every second line, of a part of the
+// lines or of something else is not.
+bool HasPlannedLength(const vision::LinePattern& pattern, std::optional<double> length_pitches) {
+  if (!length_pitches || !pattern.left_seen || !pattern.right_seen) return true;
+  constexpr double kOff = 0.12;  // perspective of 20 %, and starts that are late by some beads
+  const double middle = pattern.left_inner.centre;
+  const double length_px = pattern.right_inner(middle) - pattern.left_inner(middle);
+  return std::abs(length_px / pattern.pitch_px / *length_pitches - 1) < kOff;
+}
+
+// Selects the clearest lines that end side by side, as long as the plan has them. One with the
+// wanted number comes before clearer ones with fewer lines, which miss an outer line; but not
+// before those with more.
+PhotoLines LinesWithoutFrame(const Frame& measured, const PhotoOptions& options) {
+  const std::size_t wanted = options.pressure_advance_s.size();
+  const std::vector<vision::FoundComb> combs = vision::FindCombs(measured.view());
+  std::vector<FreeComb> found;
+  std::string problem;
+  for (const vision::FoundComb& comb : combs) {
+    std::optional<CombView> view =
+        LookAtComb(measured.view(), comb, ChoosingSize_px(wanted), false);
+    if (!view) continue;
+    const vision::LinePattern& pattern = view->line_pattern;
+    if (getenv("DBG")) fmt::print(stderr, "comb places {} weight {:.0f} -> {} rungs, {} places, left {} right {} ended {:.2f} cut {} {} pitch {:.1f} long {} {}\n", comb.places, comb.weight, pattern.rungs.size(), PlacesOf(pattern), pattern.left_inner.c0, pattern.right_inner.c0, pattern.ended, pattern.first_cut, pattern.last_cut, pattern.pitch_px,(pattern.right_inner.c0-pattern.left_inner.c0)/pattern.pitch_px, pattern.problem);
+    if (!pattern.problem.empty()) {
+      if (problem.empty()) problem = pattern.problem;
+      continue;
+    }
+    if (!HasPlannedLength(pattern, options.length_pitches)) {
+      if (problem.empty()) {
+        problem = fmt::format("{} lines are seen, but their length does not fit their spacing",
+                              pattern.rungs.size());
+      }
+      continue;
+    }
+    const double score = comb.weight * pattern.ended;
+    found.push_back({&comb, std::move(*view), score});
+  }
+  PhotoLines result;
+  if (found.empty()) {
+    result.problem =
+        fmt::format("{}. {}", problem.empty() ? "no equally spaced lines are seen" : problem, kAdvice);
+    return result;
+  }
+  const auto places = [](const FreeComb& comb) { return PlacesOf(comb.view.line_pattern); };
+  std::ranges::stable_sort(found, std::greater(), &FreeComb::score);
+  std::size_t best = 0;
+  for (std::size_t i = 1; i < found.size() && places(found[best]) < wanted; ++i) {
+    constexpr double kMinScore = 0.1;
+    if (places(found[i]) == wanted && found[i].score > kMinScore * found[0].score) best = i;
+  }
+  CombView& view = found[best].view;
+  std::optional<CombView> whole =
+      LookAtComb(measured.view(), *found[best].comb, kLongestRectified_px, false);
+  if (whole && whole->line_pattern.problem.empty() &&
+      PlacesOf(whole->line_pattern) == places(found[best])) {
+    view = std::move(*whole);
+  }
+  TakeView(view, result);
   return result;
 }
 
 }  // namespace
 
-PhotoLines FindPhotoLines(const BgrView& photo, std::size_t wanted, bool framed) {
+PhotoLines FindPhotoLines(const BgrView& photo, const PhotoOptions& options) {
+  const std::size_t wanted = options.pressure_advance_s.size();
   double scale = 1;
   Frame measured = vision::ShrinkToFit(photo, kLongestMeasured_px, kMaxMeasured_px, scale);
   constexpr int kSmallest_px = 16;
@@ -290,13 +366,9 @@ PhotoLines FindPhotoLines(const BgrView& photo, std::size_t wanted, bool framed)
   }
   const bool grey = vision::IsGrey(measured.view());
   if (grey) measured = vision::WithTexture(measured.view());
-  if (framed) {
-    result = LinesInFrame(measured, wanted);
-  } else {
-    result = LinesOfComb(measured, wanted, framed);
-  }
-  if (framed && (!result.problem.empty() || !HasPlaces(result.line_pattern, wanted))) {
-    PhotoLines comb = LinesOfComb(measured, wanted, framed);
+  result = options.framed ? LinesInFrame(measured, wanted) : LinesWithoutFrame(measured, options);
+  if (options.framed && (!result.problem.empty() || !HasPlaces(result.line_pattern, wanted))) {
+    PhotoLines comb = LinesOfComb(measured, wanted);
     if (comb.problem.empty()) DropLoneBars(comb.line_pattern, wanted);
     // A frame with another number of lines is closed by the picture's border, or a part.
     if (comb.problem.empty() && (!result.problem.empty() || comb.line_pattern.rungs.size() >=

@@ -4,6 +4,7 @@
 #include <string>
 
 #include "base/frame.h"
+#include "pressure_advance/photo/photo_reader.h"
 #include "vision/image.h"
 #include "vision/line_pattern.h"
 
@@ -23,10 +24,11 @@ struct PhotoLines {
 /// a line pattern: first by the wanted number of rungs, then by the contrast of rows over columns.
 /// If none has that number, searches equally spaced lines without a frame, and selects these unless
 /// they are fewer.
-/// @param wanted  number of lines expected, >= 2; another number is found and reported as well.
-/// @param framed  PhotoOptions::framed
+/// Without PhotoOptions::framed, searches equally spaced lines that end side by side.
+/// @param options  with at least 2 values: the number of lines expected; another number is found and
+///                 reported as well.
 /// REQUIRES a photo of at least 16 px each way.
-[[nodiscard]] PhotoLines FindPhotoLines(const BgrView& photo, std::size_t wanted, bool framed);
+[[nodiscard]] PhotoLines FindPhotoLines(const BgrView& photo, const PhotoOptions& options);
 
 /// Counts the places for lines in a line pattern: its rungs and the empty places between them.
 [[nodiscard]] std::size_t PlacesOf(const vision::LinePattern& line_pattern);

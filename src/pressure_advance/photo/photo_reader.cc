@@ -350,7 +350,7 @@ PhotoMeasurement MeasurePhoto(const BgrView& photo, const PhotoOptions& options)
   measurement.refusal = CheckOptions(options);
   if (measurement.refusal.empty()) measurement.refusal = CheckPhoto(photo);
   if (!measurement.refusal.empty()) return measurement;
-  PhotoLines seen = FindPhotoLines(photo, options.pressure_advance_s.size(), options.framed);
+  PhotoLines seen = FindPhotoLines(photo, options);
   if (!seen.problem.empty()) {
     measurement.refusal = std::move(seen.problem);
     return measurement;

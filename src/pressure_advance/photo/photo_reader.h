@@ -37,6 +37,9 @@ struct PhotoOptions {
   /// False for patterns of other tools, which have no bar beside their outer lines: bars at the
   /// lines' ends are enough, and no outer line is taken for a bar.
   bool framed = true;
+  /// Length of a line in distances between neighbours, of a pattern that is not framed. Absent: not
+  /// known.
+  std::optional<double> length_pitches;
   double slow_before = 0.1;  ///< planned fraction of a line before its fast segment, (0, 1)
   double slow_after = 0.3;   ///< planned fraction of a line behind its fast segment, (0, 1)
 };
