@@ -140,9 +140,11 @@ LineMotion MotionSeen(const PhotoPlan& plan, const pressure_advance::PhotoMeasur
                       std::vector<std::string>& notices) {
   LineMotion motion;
   motion.segments = plan.segments;
+  motion.length_mm = plan.length_mm;
+  motion.acceleration_mm_s2 = plan.acceleration_mm_s2;
   if (!seen.segments || plan.segments.size() != 3) return motion;
-  const double begin = seen.segments->fast_begin;
-  const double end = seen.segments->fast_end;
+  double begin = seen.segments->fast_begin;
+  double end = seen.segments->fast_end;
   const double planned_end = plan.segments[0].fraction + plan.segments[1].fraction;
   constexpr double kFarFromPlan = 0.05;
   if (std::abs(begin - plan.segments[0].fraction) > kFarFromPlan ||
@@ -151,6 +153,11 @@ LineMotion MotionSeen(const PhotoPlan& plan, const pressure_advance::PhotoMeasur
         "the lines change speed at {:.2f} and {:.2f} of their length, the segments say {:.2f} and "
         "{:.2f}: what was seen is used",
         begin, end, plan.segments[0].fraction, planned_end));
+  }
+  // A late start moves both towards the start, and ramps of a known length are no part of that.
+  if (motion.length_mm) {
+    begin = std::min(begin, plan.segments[0].fraction);
+    end = std::min(end, planned_end);
   }
   motion.segments[0].fraction = begin;
   motion.segments[1].fraction = end - begin;

@@ -50,6 +50,8 @@ struct PhotoPlan {
   bool corner_mark = false;                          ///< PhotoOptions::corner_mark
   bool framed = true;                                ///< PhotoOptions::framed
   std::optional<double> length_pitches = {};         ///< PhotoOptions::length_pitches
+  std::optional<double> length_mm = {};              ///< of a line; absent: not known
+  std::optional<double> acceleration_mm_s2 = {};     ///< on lines; absent: not known
   std::optional<gcode::PrintedBy> printed_by = {};   ///< absent: not known
   std::vector<pressure_advance::Segment> segments =
       pressure_advance::PhotoSegments();       ///< of lines

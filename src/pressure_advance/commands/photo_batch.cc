@@ -176,6 +176,8 @@ PhotoPlan PhotoPlanOf(const SlicerPattern& pattern,
     plan.segments = pattern.segments;
     plan.framed = false;
     plan.length_pitches = pattern.length_mm / pattern.spacing_mm;
+    plan.length_mm = pattern.length_mm;
+    plan.acceleration_mm_s2 = pattern.acceleration_mm_s2;
   } else {
     plan.motion = {pattern.speed_mm_s, pattern.acceleration_mm_s2, pattern.smooth_time_s};
     plan.spacing_mm = pattern.spacing_mm;
