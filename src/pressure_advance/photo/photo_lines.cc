@@ -246,8 +246,7 @@ PhotoLines LinesOfComb(const Frame& measured, std::size_t wanted) {
   std::string problem;
   const std::vector<vision::FoundComb> combs = vision::FindCombs(measured.view());
   for (const vision::FoundComb& comb : combs) {
-    std::optional<CombView> view =
-        LookAtComb(measured.view(), comb, ChoosingSize_px(wanted), true);
+    std::optional<CombView> view = LookAtComb(measured.view(), comb, ChoosingSize_px(wanted), true);
     if (!view) continue;
     if (!view->line_pattern.problem.empty()) {
       if (problem.empty()) problem = view->line_pattern.problem;
@@ -294,10 +293,12 @@ struct FreeComb {
 // lines or of something else is not.
 bool HasPlannedLength(const vision::LinePattern& pattern, std::optional<double> length_pitches) {
   if (!length_pitches || !pattern.left_seen || !pattern.right_seen) return true;
-  constexpr double kOff = 0.12;  // perspective of 20 %, and starts that are late by some beads
+  // Perspective of 20 % changes the ratio by 5 %; lines may start late by a tenth.
+  constexpr double kShortest = 0.82, kLongest = 1.1;
   const double middle = pattern.left_inner.centre;
   const double length_px = pattern.right_inner(middle) - pattern.left_inner(middle);
-  return std::abs(length_px / pattern.pitch_px / *length_pitches - 1) < kOff;
+  const double share = length_px / pattern.pitch_px / *length_pitches;
+  return share > kShortest && share < kLongest;
 }
 
 // Selects the clearest lines that end side by side, as long as the plan has them. One with the
@@ -313,7 +314,14 @@ PhotoLines LinesWithoutFrame(const Frame& measured, const PhotoOptions& options)
         LookAtComb(measured.view(), comb, ChoosingSize_px(wanted), false);
     if (!view) continue;
     const vision::LinePattern& pattern = view->line_pattern;
-    if (getenv("DBG")) fmt::print(stderr, "comb places {} weight {:.0f} -> {} rungs, {} places, left {} right {} ended {:.2f} cut {} {} pitch {:.1f} long {} {}\n", comb.places, comb.weight, pattern.rungs.size(), PlacesOf(pattern), pattern.left_inner.c0, pattern.right_inner.c0, pattern.ended, pattern.first_cut, pattern.last_cut, pattern.pitch_px,(pattern.right_inner.c0-pattern.left_inner.c0)/pattern.pitch_px, pattern.problem);
+    fmt::print(stderr,
+               "comb places {} weight {:.0f} -> {} rungs, {} places, left {} right {} ended "
+               "{:.2f} cut {} {} pitch {:.1f} long {} {}\n",
+               comb.places, comb.weight, pattern.rungs.size(), PlacesOf(pattern),
+               pattern.left_inner.c0, pattern.right_inner.c0, pattern.ended, pattern.first_cut,
+               pattern.last_cut, pattern.pitch_px,
+               (pattern.right_inner.c0 - pattern.left_inner.c0) / pattern.pitch_px,
+               pattern.problem);
     if (!pattern.problem.empty()) {
       if (problem.empty()) problem = pattern.problem;
       continue;
@@ -330,8 +338,8 @@ PhotoLines LinesWithoutFrame(const Frame& measured, const PhotoOptions& options)
   }
   PhotoLines result;
   if (found.empty()) {
-    result.problem =
-        fmt::format("{}. {}", problem.empty() ? "no equally spaced lines are seen" : problem, kAdvice);
+    result.problem = fmt::format(
+        "{}. {}", problem.empty() ? "no equally spaced lines are seen" : problem, kAdvice);
     return result;
   }
   const auto places = [](const FreeComb& comb) { return PlacesOf(comb.view.line_pattern); };

@@ -10,6 +10,7 @@
 #include "pressure_advance/photo/photo_lines.h"
 #include "pressure_advance/photo/photo_mark.h"
 #include "pressure_advance/photo/photo_orientation.h"
+#include "pressure_advance/photo/photo_signs.h"
 #include "vision/bead_width.h"
 #include "vision/image.h"
 
@@ -283,9 +284,29 @@ PhotoOptions WithMark(const PhotoLines& seen, const PhotoOptions& given,
   return options;
 }
 
+// Returns the options, with the sides from the marks and numbers that other tools print.
+PhotoOptions WithSigns(const PhotoLines& seen, const PhotoOptions& given) {
+  PhotoOptions options = given;
+  if (given.framed || (given.from && given.start)) return options;
+  const PrintedSigns signs =
+      FindPrintedSigns(seen.contrast, seen.line_pattern, given.slow_before, given.slow_after);
+  const vision::Quad& c = seen.corners;  // top left, top right, bottom right, bottom left
+  const PhotoSide down = SideTowards(HeadingBetween(c[0], c[1], c[3], c[2]));
+  const PhotoSide right = SideTowards(HeadingBetween(c[0], c[3], c[1], c[2]));
+  if (!given.from && signs.last_at_bottom) {
+    // The tools' last line has the highest value; a pattern printed upside down has it in front.
+    const bool rising = given.pressure_advance_s.front() < given.pressure_advance_s.back();
+    options.from = *signs.last_at_bottom == rising ? Opposite(down) : down;
+  }
+  if (!given.start && signs.end_at_right) {
+    options.start = *signs.end_at_right ? Opposite(right) : right;
+  }
+  return options;
+}
+
 // Measures profiles from the frame and its rungs, in the order of the PA list.
 void MeasureLines(PhotoLines& seen, const PhotoOptions& given, PhotoMeasurement& measurement) {
-  const PhotoOptions options = WithMark(seen, given, measurement);
+  const PhotoOptions options = WithSigns(seen, WithMark(seen, given, measurement));
   const vision::Quad& c = seen.corners;  // top left, top right, bottom right, bottom left
   const Heading down = HeadingBetween(c[0], c[1], c[3], c[2]);
   const PhotoSide usual = options.from.value_or(UsualSide(down));
@@ -295,7 +316,7 @@ void MeasureLines(PhotoLines& seen, const PhotoOptions& given, PhotoMeasurement&
         SidesAlong(down), ToString(usual));
     return;
   }
-  const bool usual_on_trust = options.from || usual == PhotoSide::kBottom;
+  const bool usual_on_trust = options.from || (options.framed && usual == PhotoSide::kBottom);
   PhotoSide from = usual;
   SideReading side;
   std::string first_refusal;
