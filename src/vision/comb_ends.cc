@@ -131,7 +131,8 @@ CombEnds FindCombEnds(const GrayImage& contrast, std::span<const CombLine> lines
   const double centre = contrast.height / 2.0;
   const Curve curve = FitCurve(y_px, x_px, centre, centre);
   for (const End& end : ends) {
-    if (std::abs(end.x_px - curve(end.y_px)) < 2 * kNear * bead_px) found.ends_here[end.line] = true;
+    if (std::abs(end.x_px - curve(end.y_px)) < 2 * kNear * bead_px)
+      found.ends_here[end.line] = true;
   }
   found.x_px = curve;
   return found;

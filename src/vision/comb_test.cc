@@ -169,5 +169,66 @@ TEST(CombPattern, TakesNoSpaceForALine) {
   EXPECT_NE(pattern.problem, "");
 }
 
+// Lines of another tool, which no frame contains, on a plate of 0 with filament of 100.
+struct DrawnLines {
+  int bar_px = 0;        // thickness of a bar at the left ends
+  int box_px = 0;        // length of a filled box at the right ends
+  int broken_lines = 0;  // from the first on, at a quarter of their length
+  bool stripe = false;   // across the picture, in the place before the first line
+  int width_px = 600;
+};
+
+constexpr int kLinesLeft = 90, kLinesRight = 500, kDrawnLines = 9;
+constexpr double kLinesPitch = 36, kLinesFirst = 90;
+
+LinePattern Trace(const DrawnLines& lines) {
+  GrayImage contrast(lines.width_px, 460), seen(lines.width_px, 460);
+  std::fill(seen.value.begin(), seen.value.end(), 1.0F);
+  for (int y = 0; y < contrast.height; ++y) {
+    const double place = std::round((y - kLinesFirst) / kLinesPitch);
+    const bool on_row = std::abs(y - kLinesFirst - place * kLinesPitch) < 5;
+    const bool beside = place >= 0 && place < kDrawnLines;
+    for (int x = 0; x < contrast.width; ++x) {
+      const bool broken = place < lines.broken_lines && x > 180 && x < 230;
+      const bool line = on_row && beside && x >= kLinesLeft && x < kLinesRight && !broken;
+      const bool bar = beside && x >= kLinesLeft - lines.bar_px && x < kLinesLeft;
+      const bool box = beside && x >= kLinesRight && x < kLinesRight + lines.box_px;
+      const bool stripe = lines.stripe && on_row && place == -1;
+      contrast.row(y)[x] = line || bar || box || stripe ? 100 : 0;
+    }
+  }
+  return TraceComb(contrast, seen, {kLinesFirst, kLinesPitch, kDrawnLines}, false);
+}
+
+TEST(CombEnds, AreWhereLinesStopWhateverFollows) {
+  for (const int bar_px : {0, 9, 18}) {
+    for (const int box_px : {0, 80}) {
+      for (const int broken_lines : {0, 4}) {
+        const LinePattern pattern = Trace({bar_px, box_px, broken_lines});
+        ASSERT_EQ(pattern.problem, "") << bar_px << " " << box_px << " " << broken_lines;
+        EXPECT_EQ(pattern.rungs.size(), 9U);
+        EXPECT_NEAR(pattern.left_inner(230), kLinesLeft - 0.5, 1);
+        EXPECT_NEAR(pattern.right_inner(230), kLinesRight - 0.5, 1);
+        EXPECT_EQ(pattern.ended, 1);
+      }
+    }
+  }
+}
+
+TEST(CombEnds, TellAStripeFromALine) {
+  DrawnLines drawn;
+  drawn.stripe = true;
+  const LinePattern pattern = Trace(drawn);
+  ASSERT_EQ(pattern.problem, "");
+  EXPECT_EQ(pattern.rungs.size(), 9U);
+  EXPECT_NEAR(pattern.rungs.front()(300), kLinesFirst, 1);
+}
+
+TEST(CombEnds, AreNotInventedBeyondTheView) {
+  DrawnLines drawn;
+  drawn.width_px = 450;
+  EXPECT_NE(Trace(drawn).problem, "");
+}
+
 }  // namespace
 }  // namespace trammel::vision

@@ -54,8 +54,9 @@ struct LinePattern {
   int doubtful = 0;  ///< outer stripes left out though they may be lines: the photo does not show
                      ///< whether they are bars of the frame
   std::vector<Columns> seen;  ///< per rung, what the photo shows of it; empty: all of every rung
-  double ended = 1;  ///< share of the lines that end side by side with the others, of both sides seen
-  double irregularity = 0;    ///< largest deviation of a spacing from whole pitches, in pitches
+  double ended =
+      1;  ///< share of the lines that end side by side with the others, of both sides seen
+  double irregularity = 0;  ///< largest deviation of a spacing from whole pitches, in pitches
 };
 
 /// Computes the ratio of a picture's changes from row to row and from column to column: above 1 if

@@ -268,6 +268,12 @@ Result<AnalysisRun> AnalysePhoto(const std::filesystem::path& file, const PhotoP
   pressure_advance::ResponseOptions response;
   response.printed_middle_s = Mean(plan.pressure_advance_s);
   response.picture_sigma = pressure_advance::PictureSigma(seen.blur);
+  if (plan.length_mm) {
+    // Lines without a bar start late by up to a tenth of their length, and end with a blob.
+    response.transitions.start_margin_mm = 8;
+    response.transitions.end_margin = 0.05;
+    response.transitions.margin_of_response = 0.6;
+  }
   run.analysis = pressure_advance::Analyse(std::move(seen.profiles), motion, {}, response);
   run.analysis.printed_by = plan.printed_by;
   run.analysis.notices.insert(run.analysis.notices.begin(), notices.begin(), notices.end());

@@ -94,11 +94,14 @@ Prepared Prepare(const std::vector<LineProfile>& profiles, const LineMotion& mot
 // If the fast segment has a steady middle, both windows are as wide as possible; only the stretch
 // that responds to PA is used. On a short line the whole window responds.
 TransitionPlan NarrowWindows(const std::vector<LineProfile>& profiles, Reading reading,
-                             const TransitionPlan& wide) {
-  if (!wide.steady_middle) return wide;
+                             const TransitionPlan& wide, std::optional<double> margin) {
+  if (!wide.steady_middle && !margin) return wide;
+  constexpr double kBesideMiddle = 0.15;
   TransitionPlan plan = wide;
+  plan.early = {};
   const auto narrow = [&](TransitionWindow& window, bool rising) {
-    const auto stretch = RespondingStretch(profiles, reading, window.span, rising);
+    const auto stretch = RespondingStretch(profiles, reading, window.span, rising,
+                                           wide.steady_middle ? kBesideMiddle : *margin);
     if (!stretch) return;
     const double fast_lo = rising ? std::max(window.boundary, stretch->lo) : stretch->lo;
     const double fast_hi = rising ? stretch->hi : std::min(window.boundary, stretch->hi);
@@ -231,8 +234,9 @@ Analysis FitResponse(const std::vector<LineProfile>& profiles, const LineMotion&
       PlanTransitions(motion, profiles.front().position_unit, longest, options.transitions);
   if (!plan) return refuse(plan.error().message);
 
-  Prepared prepared =
-      Prepare(profiles, motion, *reading, NarrowWindows(profiles, *reading, *plan), fit.lines);
+  Prepared prepared = Prepare(
+      profiles, motion, *reading,
+      NarrowWindows(profiles, *reading, *plan, options.transitions.margin_of_response), fit.lines);
   const auto different = [](const TransitionSeries& series) {
     const std::vector<double> seen = series.SeenPa_s();
     return std::set<double>(seen.begin(), seen.end());

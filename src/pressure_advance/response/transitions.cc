@@ -139,10 +139,9 @@ double MedianSlope(const std::vector<double>& pa, const std::vector<std::vector<
 }  // namespace
 
 std::optional<Interval> RespondingStretch(const std::vector<LineProfile>& profiles, Reading reading,
-                                          const Interval& window, bool rising) {
+                                          const Interval& window, bool rising, double margin) {
   constexpr int kBins = 60;           // over the window
   constexpr double kThreshold = 0.2;  // of the strongest answer: where the stretch ends
-  constexpr double kMargin = 0.15;    // of the stretch's length, added at both ends
   std::vector<double> pa;
   std::vector<std::vector<double>> lines;
   for (const LineProfile& profile : profiles) {
@@ -172,8 +171,8 @@ std::optional<Interval> RespondingStretch(const std::vector<LineProfile>& profil
   const double bin_length = (window.hi - window.lo) / kBins;
   const double lo = window.lo + bin_length * static_cast<double>(first - answer.begin());
   const double hi = window.lo + bin_length * static_cast<double>(last + 1 - answer.begin());
-  const double margin = kMargin * (hi - lo);
-  return Interval{std::max(window.lo, lo - margin), std::min(window.hi, hi + margin)};
+  const double beside = margin * (hi - lo);
+  return Interval{std::max(window.lo, lo - beside), std::min(window.hi, hi + beside)};
 }
 
 std::string NameUnseenStretch(const std::vector<std::optional<double>>& frame_positions_mm,

@@ -58,10 +58,11 @@ struct TransitionPlan {
 /// falls below the threshold.
 /// @param rising  true if the reading rises with pressure advance there (acceleration), false if it
 /// falls.
+/// @param margin  added at both ends, relative to the stretch's length.
 /// @returns nothing if no bin's response exceeds the others' scatter; else a part of `window`.
 [[nodiscard]] std::optional<Interval> RespondingStretch(const std::vector<LineProfile>& profiles,
                                                         Reading reading, const Interval& window,
-                                                        bool rising);
+                                                        bool rising, double margin);
 
 /// Names the stretch of a transition that no frame shows: "no frame shows the line from 17.2 to
 /// 21.4 mm". Empty if each window is sampled as densely as MeasureSurplus requires (kMaxUnread),

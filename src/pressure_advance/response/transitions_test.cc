@@ -125,7 +125,7 @@ TEST(RespondingStretch, HoldsTheStretchThatAnswersWithItsSignAndLittleMore) {
   for (const bool rising : {true, false}) {
     Random random(1);
     const auto lines = Lines(0.3, 0.06, rising ? 4 : -4, 1, random);
-    const auto stretch = RespondingStretch(lines, Reading::kWidth, {0.1, 0.6}, rising);
+    const auto stretch = RespondingStretch(lines, Reading::kWidth, {0.1, 0.6}, rising, 0.15);
     ASSERT_TRUE(stretch);
     EXPECT_LT(stretch->lo, 0.26);
     EXPECT_GT(stretch->lo, 0.19);
