@@ -233,6 +233,12 @@ AnalysisRun AnalyseCorners(const std::string& file, const pressure_advance::Chev
 
 Result<AnalysisRun> AnalysePhoto(const std::filesystem::path& file, const PhotoPlan& plan) {
   const Frame picture = TRY(machine::ReadPhotoFile(file));
+  if (plan.to_and_fro) {
+    return RefusedRun(fmt::format(
+        "{}: the lines of this pattern were printed to and fro, which is not read; print them all "
+        "in one direction",
+        file.string()));
+  }
   if (plan.form != PatternForm::kLines) {
     const auto view = pressure_advance::ViewChevrons(picture.view());
     // Arms of chevrons are not read as lines.

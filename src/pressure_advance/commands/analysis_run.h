@@ -49,6 +49,7 @@ struct PhotoPlan {
   std::optional<pressure_advance::PhotoSide> start;  ///< printed start; absent: detected
   bool corner_mark = false;                          ///< PhotoOptions::corner_mark
   bool framed = true;                                ///< PhotoOptions::framed
+  bool to_and_fro = false;                           ///< lines in both directions: refused
   std::optional<double> length_pitches = {};         ///< PhotoOptions::length_pitches
   std::optional<double> length_mm = {};              ///< of a line; absent: not known
   std::optional<double> acceleration_mm_s2 = {};     ///< on lines; absent: not known

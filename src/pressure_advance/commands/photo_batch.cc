@@ -177,6 +177,7 @@ PhotoPlan PhotoPlanOf(const SlicerPattern& pattern,
     plan.framed = false;
     plan.length_pitches = pattern.length_mm / pattern.spacing_mm;
     plan.length_mm = pattern.length_mm;
+    plan.to_and_fro = pattern.to_and_fro;
     plan.acceleration_mm_s2 = pattern.acceleration_mm_s2;
   } else {
     plan.motion = {pattern.speed_mm_s, pattern.acceleration_mm_s2, pattern.smooth_time_s};

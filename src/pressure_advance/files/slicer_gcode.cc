@@ -351,6 +351,9 @@ SlicerPattern PatternOf(const Row& row, PatternForm form, const std::vector<doub
   if (by && by->dialect == gcode::Dialect::kKlipper) pattern.smooth_time_s = reader.smooth_time_s;
   if (form == PatternForm::kCorners) pattern.heading_rad = std::atan2(one.dy, one.dx);
   if (form == PatternForm::kLines) {
+    pattern.to_and_fro = std::any_of(row.begin(), row.end(), [&](const Candidate& line) {
+      return line.dx * one.dx + line.dy * one.dy < 0;
+    });
     for (std::size_t part = 0; part < 3; ++part) {
       pattern.segments.push_back(
           {one.part_mm[part] / one.length_mm, part == 1 ? one.speed_mm_s : one.slow_mm_s});

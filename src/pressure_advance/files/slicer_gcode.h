@@ -23,6 +23,7 @@ struct SlicerPattern {
   double spacing_mm = 0;                            ///< between neighbouring candidates
   double length_mm = 0;                             ///< of a line, or of one arm
   std::vector<pressure_advance::Segment> segments;  ///< of lines
+  bool to_and_fro = false;                          ///< lines are not printed in one direction
   double speed_mm_s = 0;                            ///< of chevrons
   std::optional<double> acceleration_mm_s2;         ///< absent: the file sets none
   double smooth_time_s = 0;                         ///< of Klipper's pressure advance; 0: none

@@ -42,18 +42,28 @@ std::string Chevrons(double x, double y, double speed_mm_s) {
   return gcode;
 }
 
-std::string Lines() {
+std::string Lines(bool to_and_fro = false) {
   std::string gcode = "M82\nG92 E0\nSET_VELOCITY_LIMIT ACCEL=2500\nG1 Z0.2 F600\n";
   double e = 0;
   for (int line = 0; line < 6; ++line) {
     const double y = 20 + 3.5 * line;
-    gcode += fmt::format("SET_PRESSURE_ADVANCE ADVANCE={:.3f}\nG0 X50 Y{} F9000\n", 0.02 * line, y);
+    const bool back = to_and_fro && line % 2 == 1;
+    gcode += fmt::format("SET_PRESSURE_ADVANCE ADVANCE={:.3f}\nG0 X{} Y{} F9000\n", 0.02 * line,
+                         back ? 130 : 50, y);
     for (const auto& [x, feed] :
          {std::pair{70, 1200}, std::pair{110, 6000}, std::pair{130, 1200}}) {
-      gcode += fmt::format("G1 X{} Y{} E{:.4f} F{}\n", x, y, e += 1, feed);
+      gcode += fmt::format("G1 X{} Y{} E{:.4f} F{}\n", back ? 180 - x : x, y, e += 1, feed);
     }
   }
   return gcode;
+}
+
+TEST(SlicerGcode, TellsLinesPrintedToAndFro) {
+  for (const bool to_and_fro : {false, true}) {
+    const auto print = FindSlicerPatterns(Lines(to_and_fro), "a.gcode");
+    ASSERT_TRUE(print.has_value()) << print.error().message;
+    EXPECT_EQ(print->patterns.front().to_and_fro, to_and_fro);
+  }
 }
 
 TEST(SlicerGcode, ChevronsAreOneCandidateForTheirWallsOnTheTopLayer) {

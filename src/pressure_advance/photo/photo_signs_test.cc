@@ -32,15 +32,18 @@ Drawn Draw(int lines, const Drawing& beside, bool turned) {
       const int px = turned ? kWidth - 1 - x : x, py = turned ? kHeight - 1 - y : y;
       const double x_mm = (px - kLeft) / kPx, y_mm = (kBottom - py) / kPx;
       const double place = std::round(y_mm / 5);
-      const bool line = place >= 0 && place < lines && std::abs(y_mm - 5 * place) < 0.4 &&
-                        x_mm >= 0 && x_mm < 80;
+      const bool line =
+          place >= 0 && place < lines && std::abs(y_mm - 5 * place) < 0.4 && x_mm >= 0 && x_mm < 80;
       drawn.contrast.row(y)[x] = line || beside(x_mm, y_mm) ? 100 : 0;
     }
   }
   LinePattern& p = drawn.pattern;
-  const auto level = [](double value, double centre) { return vision::Curve{centre, 1, value, 0, 0}; };
+  const auto level = [](double value, double centre) {
+    return vision::Curve{centre, 1, value, 0, 0};
+  };
   for (int i = 0; i < lines; ++i) {
-    const double y = turned ? kHeight - 1 - kBottom + i * kPitch : kBottom - (lines - 1 - i) * kPitch;
+    const double y =
+        turned ? kHeight - 1 - kBottom + i * kPitch : kBottom - (lines - 1 - i) * kPitch;
     p.rungs.push_back(level(y, kWidth / 2.0));
     if (i > 0) p.steps.push_back(1);
   }
@@ -120,7 +123,8 @@ TEST(PrintedSigns, OneBarAloneIsAtTheStartAndABoxAtTheEnd) {
 }
 
 TEST(PrintedSigns, SayNothingOfBareLines) {
-  const PrintedSigns signs = Find(13, [](double, double) { return false; }, false);
+  const PrintedSigns signs = Find(
+      13, [](double, double) { return false; }, false);
   EXPECT_FALSE(signs.last_at_bottom.has_value());
   EXPECT_FALSE(signs.end_at_right.has_value());
 }

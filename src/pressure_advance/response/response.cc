@@ -98,7 +98,6 @@ TransitionPlan NarrowWindows(const std::vector<LineProfile>& profiles, Reading r
   if (!wide.steady_middle && !margin) return wide;
   constexpr double kBesideMiddle = 0.15;
   TransitionPlan plan = wide;
-  plan.early = {};
   const auto narrow = [&](TransitionWindow& window, bool rising) {
     const auto stretch = RespondingStretch(profiles, reading, window.span, rising,
                                            wide.steady_middle ? kBesideMiddle : *margin);
@@ -108,7 +107,8 @@ TransitionPlan NarrowWindows(const std::vector<LineProfile>& profiles, Reading r
     window.span = *stretch;
     window.fast_length = std::max(0.0, fast_hi - fast_lo);
   };
-  narrow(plan.acceleration, true);
+  // The acceleration's lag passes at the fast speed, over much of the fast segment.
+  if (wide.steady_middle) narrow(plan.acceleration, true);
   narrow(plan.deceleration, false);
   return plan;
 }

@@ -27,9 +27,9 @@ struct TransitionOptions {
   double start_margin_mm = 2.5;
   /// Minimum of `after`, mm: three lags of the slow flow again.
   double after_mm = 3;
-  /// Without a steady middle, windows are narrowed to where the lines respond and this part of that
-  /// stretch at both ends, if given: on a photo's long lines, light over the rest of a window
-  /// weighs more than the last of the lag's tail.
+  /// Without a steady middle, the deceleration's window is narrowed to where the lines respond and
+  /// this part of that stretch at both ends, if given. On a photo's long lines, light over the rest
+  /// of the window weighs more than the last of the surplus.
   std::optional<double> margin_of_response;
 };
 
