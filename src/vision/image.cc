@@ -33,6 +33,18 @@ PointPx Homography::operator()(const PointPx& p) const {
   return {(m[0] * p.x + m[1] * p.y + m[2]) / w, (m[3] * p.x + m[4] * p.y + m[5]) / w};
 }
 
+Homography Product(const Homography& a, const Homography& b) {
+  Homography c;
+  for (int row = 0; row < 3; ++row) {
+    for (int column = 0; column < 3; ++column) {
+      double sum = 0;
+      for (int i = 0; i < 3; ++i) sum += a.m[3 * row + i] * b.m[3 * i + column];
+      c.m[3 * row + column] = sum;
+    }
+  }
+  return c;
+}
+
 std::optional<Homography> TargetFromSource(const Quad& target, const Quad& source) {
   constexpr double kFlattest = 1e-6;
   if (!(Flatness(target) > kFlattest) || !(Flatness(source) > kFlattest)) return std::nullopt;

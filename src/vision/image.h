@@ -49,6 +49,9 @@ struct Homography {
   [[nodiscard]] PointPx operator()(const PointPx& point) const;
 };
 
+/// Returns the homography that maps by `b` first, then by `a`.
+[[nodiscard]] Homography Product(const Homography& a, const Homography& b);
+
 /// Returns the homography that maps the four corners of `source` exactly to those of `target`.
 /// @returns nothing if three corners of either are collinear.
 [[nodiscard]] std::optional<Homography> TargetFromSource(const Quad& target, const Quad& source);

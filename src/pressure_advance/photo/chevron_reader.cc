@@ -28,18 +28,6 @@ constexpr double kMinSpacing_px = 24;  // a band of 10 px
 // along the arm of a pattern with a spacing of 3.6 mm.
 constexpr double kStraightBegin = 1.0, kStraightEnd = 2.75;
 
-Homography Product(const Homography& a, const Homography& b) {
-  Homography c;
-  for (int row = 0; row < 3; ++row) {
-    for (int column = 0; column < 3; ++column) {
-      double sum = 0;
-      for (int i = 0; i < 3; ++i) sum += a.m[3 * row + i] * b.m[3 * i + column];
-      c.m[3 * row + column] = sum;
-    }
-  }
-  return c;
-}
-
 // Marks the middles of the bands 1, of the spaces between them 0, all other 0.5.
 GrayImage Template(const ChevronView& view) {
   constexpr double kBand = 0.1, kSpace = 0.4;  // from the band's middle
@@ -89,7 +77,7 @@ void RectifyFrom(const BgrView& photo, ChevronView& view) {
   view.spacing_px = std::clamp(natural, kMinSpacing_px, kMaxSpacing_px);
   const double s = 1 / view.spacing_px;
   const Homography plane_from_picture{{s, 0, -kLeft, 0, s, -kAround, 0, 0, 1}};
-  view.photo_from_picture = Product(h, plane_from_picture);
+  view.photo_from_picture = vision::Product(h, plane_from_picture);
   view.photo_width_px = photo.width;
   view.photo_height_px = photo.height;
   view.picture =
@@ -319,14 +307,13 @@ bool ChevronView::Shows(double x_px, double y_px) const {
 
 ChevronView ViewChevrons(const BgrView& photo) {
   ChevronView view;
-  constexpr int kSmallest_px = 64, kLongest_px = 6000;
-  constexpr double kMaxMeasured_px = 12e6;  // as for lines
+  constexpr int kSmallest_px = 64;
   if (std::min(photo.width, photo.height) < kSmallest_px) {
     view.problem = fmt::format("the photo has {} x {} px", photo.width, photo.height);
     return view;
   }
   double scale = 1;
-  const Frame measured = vision::ShrinkToFit(photo, kLongest_px, kMaxMeasured_px, scale);
+  const Frame measured = vision::ShrinkToFit(photo, kLongestMeasured_px, kMaxMeasured_px, scale);
   const BgrView seen = measured.view();
   if (const auto found = vision::FindChevrons(seen)) return ViewChevrons(seen, *found);
   view.problem =
@@ -370,7 +357,7 @@ namespace {
 // Moves chevron 0 by `places` and rectifies again.
 void Renumber(const BgrView& photo, double places, int count, ChevronView& view) {
   view.found.photo_from_plane =
-      Product(view.found.photo_from_plane, Homography{{1, 0, places, 0, 1, 0, 0, 0, 1}});
+      vision::Product(view.found.photo_from_plane, Homography{{1, 0, places, 0, 1, 0, 0, 0, 1}});
   view.found.count = count;
   RectifyFrom(photo, view);
 }
