@@ -296,15 +296,16 @@ Result<LyingPattern> FindLyingPattern(const std::string& address) {
   return LyingPattern{std::move(*print), std::move(plan)};
 }
 
-Result<FoundPlan> FindPlanOf(const fs::path& photo) {
+Result<std::optional<FoundPlan>> FindPlanOf(const fs::path& photo) {
   auto beside = TRY(PlanBeside(photo));
-  if (beside) return std::move(*beside);
-  auto printed = TRY(PlanOfLastPrint(photo));
-  if (printed) return std::move(*printed);
-  return Fail(
-      fmt::format("{}no plan (*.plan.json) lies beside it, and no print of a pattern is "
-                  "noted. {}",
-                  CannotTell(photo.filename().string()), kNameThePlan));
+  return beside ? Result<std::optional<FoundPlan>>(std::move(beside)) : PlanOfLastPrint(photo);
+}
+
+std::string NoPlanText(const fs::path& photo, const std::string& numbers) {
+  return fmt::format(
+      "{}no plan (*.plan.json) lies beside it, no print of a pattern is noted, and no "
+      "printed numbers are read ({}). {}",
+      CannotTell(photo.filename().string()), numbers, kNameThePlan);
 }
 
 Result<FoundPlan> FindUploadedPlan(const procedure::Session& session) {

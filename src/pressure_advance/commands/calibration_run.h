@@ -105,9 +105,14 @@ struct FoundPlan {
   std::string notice;  ///< which plan was found, for the answer
 };
 
-/// Finds the plan beside a photo, else that of the last recorded print. Errors (kInput): there is
-/// none, or there are several with different values; the photo is older than the print.
-[[nodiscard]] Result<FoundPlan> FindPlanOf(const std::filesystem::path& photo);
+/// Finds the plan beside a photo, else that of the last recorded print; nothing if there is none.
+/// Errors (kInput): there are several with different values; the photo is older than the print.
+[[nodiscard]] Result<std::optional<FoundPlan>> FindPlanOf(const std::filesystem::path& photo);
+
+/// Returns the error of a photo for which there is no plan.
+/// @param numbers  why it does not name its values by printed numbers
+[[nodiscard]] std::string NoPlanText(const std::filesystem::path& photo,
+                                     const std::string& numbers);
 
 /// Finds the plan uploaded beside the printer's photos. Errors as those of FindPlanOf; kMachine.
 [[nodiscard]] Result<FoundPlan> FindUploadedPlan(const procedure::Session& session);

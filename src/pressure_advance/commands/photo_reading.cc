@@ -13,6 +13,7 @@
 #include "pressure_advance/commands/calibration_run.h"
 #include "pressure_advance/commands/pattern_options.h"
 #include "pressure_advance/commands/photo_batch.h"
+#include "pressure_advance/commands/photo_numbers.h"
 #include "pressure_advance/files/slicer_gcode.h"
 #include "pressure_advance/response/transitions.h"
 
@@ -34,6 +35,9 @@ constexpr std::array<KnownPattern, 5> kPatterns{{
     {"orca-pattern", PatternForm::kCorners},
     {"ellis", PatternForm::kCorners},
 }};
+
+// Lines of other programs, where nothing says their speeds.
+const std::vector<pressure_advance::Segment> kSlicerSegments = {{0.25, 20}, {0.5, 100}, {0.25, 20}};
 
 std::string PatternNames() {
   std::string names;
@@ -67,20 +71,18 @@ Result<void> CheckDuplicates(const std::string& source, std::vector<double> valu
                           source, *twice));
 }
 
-// Returns values and motion from one of the options, else from the plan found.
-Result<FoundPlan> LinesOf(const std::string& path, const PhotoReading& reading,
-                          const files::SlicerPrint* print) {
+// Returns values and motion from one of the options, else from the plan found; nothing if the photo
+// itself has to name the values.
+Result<std::optional<FoundPlan>> LinesOf(const std::string& path, const PhotoReading& reading,
+                                         const files::SlicerPrint* print) {
   if (!reading.plan.empty()) return FoundPlan{TRY(ReadPhotoPlan(reading.plan)), ""};
   if (print != nullptr) {
     return FoundPlan{PhotoPlanOf(print->patterns.front(), print->printed_by), ""};
   }
   const auto form = TRY(FormOf(reading.pattern));
   if (reading.pa.empty()) {
-    if (!form) return FindPlanOf(path);
-    return Fail(
-        fmt::format("--pattern {}: which values were printed? Give the slicer's file "
-                    "(--gcode FILE), or the values (--pa START:END:STEP)",
-                    reading.pattern));
+    if (!form || reading.pattern == kPatterns.front().name) return FindPlanOf(path);
+    return std::optional<FoundPlan>();
   }
   FoundPlan found;
   found.plan.form = form;
@@ -91,7 +93,7 @@ Result<FoundPlan> LinesOf(const std::string& path, const PhotoReading& reading,
     found.plan.segments = TRY(ParseSegments(reading.segments));
     found.plan.form = PatternForm::kLines;
   } else if (form && reading.pattern != "trammel") {
-    found.plan.segments = {{0.25, 20}, {0.5, 100}, {0.25, 20}};
+    found.plan.segments = kSlicerSegments;
     found.plan.framed = false;
   } else {
     found.notice = "no --segments were given: 0.1:10,0.6:100,0.3:10 was taken";
@@ -99,16 +101,18 @@ Result<FoundPlan> LinesOf(const std::string& path, const PhotoReading& reading,
   return found;
 }
 
-Result<FoundPlan> PlanOf(const std::string& path, const PhotoReading& reading,
-                         const files::SlicerPrint* print) {
-  std::optional<PhotoSide> from, start;
-  if (!reading.from.empty()) from = TRY(ParseSide("--from", reading.from));
-  if (!reading.start.empty()) start = TRY(ParseSide("--start", reading.start));
-  Result<FoundPlan> found = LinesOf(path, reading, print);
-  if (!found) return found;
-  PhotoPlan& plan = found->plan;
-  plan.from = from;
-  plan.start = start;
+// Sets the sides that are given.
+Result<void> TakeSides(const PhotoReading& reading, PhotoPlan& plan) {
+  plan.from = plan.start = std::nullopt;
+  if (!reading.from.empty()) plan.from = TRY(ParseSide("--from", reading.from));
+  if (!reading.start.empty()) plan.start = TRY(ParseSide("--start", reading.start));
+  return {};
+}
+
+// Checks a plan of the options, or one found, and adds the sides.
+Result<FoundPlan> Checked(FoundPlan found, const PhotoReading& reading) {
+  PhotoPlan& plan = found.plan;
+  TRY(TakeSides(reading, plan));
   const std::string source = !reading.plan.empty()    ? reading.plan
                              : !reading.gcode.empty() ? reading.gcode
                              : reading.pa.empty()     ? std::string("the plan")
@@ -124,6 +128,21 @@ Result<FoundPlan> PlanOf(const std::string& path, const PhotoReading& reading,
         fmt::format("{}: {}", source.empty() ? "--segments" : source, windows.error().message));
   }
   return found;
+}
+
+// Measures a photo that names its values itself.
+Result<AnalysisRun> ReadNumbered(const std::string& path, const PhotoReading& reading) {
+  PhotoPlan plan;
+  plan.form = TRY(FormOf(reading.pattern));
+  plan.segments = kSlicerSegments;
+  TRY(TakeSides(reading, plan));
+  NumberedRun numbered = TRY(AnalyseByNumbers(path, plan));
+  if (numbered.run) return std::move(*numbered.run);
+  if (!plan.form) return Fail(NoPlanText(path, numbered.problem));
+  return Fail(fmt::format("{}: the printed numbers cannot be read: {}. Give the values (--pa "
+                          "START:END:STEP), or the slicer's file (--gcode FILE)",
+                          path, numbered.problem),
+              ErrorKind::kMeasurement);
 }
 
 }  // namespace
@@ -188,10 +207,19 @@ std::string FirstOutput(const ReportFiles& files) {
 
 Result<AnalysisRun> ReadPhoto(const std::string& path, const PhotoReading& reading,
                               const files::SlicerPrint* print) {
-  const FoundPlan found = TRY(PlanOf(path, reading, print));
+  auto named = TRY(LinesOf(path, reading, print));
+  if (!named) return ReadNumbered(path, reading);
+  const FoundPlan found = TRY(Checked(std::move(*named), reading));
   Result<AnalysisRun> run = AnalysePhoto(path, found.plan);
-  if (run && !run->analysis.corners && !found.notice.empty()) {
-    run->analysis.notices.push_back(found.notice);
+  if (!run) return run;
+  const bool corners = run->analysis.corners.has_value();
+  if (!corners && !found.notice.empty()) run->analysis.notices.push_back(found.notice);
+  if (run->analysis.pressure_advance.good() && (corners || !found.plan.framed)) {
+    const std::string others = TRY(ContradictingNumbers(path, found.plan));
+    if (!others.empty()) {
+      return Fail(fmt::format("{}: {}: is it the photo of this print?", path, others),
+                  ErrorKind::kMeasurement);
+    }
   }
   return run;
 }

@@ -34,9 +34,11 @@ void AddPhotoReadingOptions(CLI::App& command, PhotoReading& reading);
 /// Does the same for the files to be written.
 [[nodiscard]] std::string FirstOutput(const ReportFiles& files);
 
-/// Analyses the photo by the options' plan, else by the plan that FindPlanOf finds.
+/// Analyses the photo by the options' plan, else by the plan that FindPlanOf finds, else by the
+/// numbers printed beside the pattern.
 /// @param print  content of --gcode; null without it
-/// Errors: those of the options, of the plan and of AnalysePhoto.
+/// Errors: those of the options, of the plan and of AnalysePhoto; kMeasurement: the printed numbers
+/// cannot be read, or contradict the options.
 [[nodiscard]] Result<AnalysisRun> ReadPhoto(const std::string& path, const PhotoReading& reading,
                                             const files::SlicerPrint* print);
 

@@ -15,6 +15,7 @@
 
 #include "base/statistics.h"
 #include "pressure_advance/photo/photo_mark.h"
+#include "pressure_advance/photo/photo_reader.h"
 #include "vision/comb_finder.h"
 #include "vision/filament_contrast.h"
 #include "vision/frame_finder.h"
@@ -25,10 +26,6 @@ namespace {
 
 constexpr const char* kAdvice =
     "All lines with some plate around them must be in the picture, sharp and without glare";
-
-// Sufficient for the measurement: lines of 20 px are read to a percent of their width.
-constexpr double kMaxMeasured_px = 12e6;
-constexpr int kLongestMeasured_px = 6000;
 
 struct View {
   vision::Quad corners;  // of the frame in the picture, rotated so that rungs follow the rows

@@ -84,6 +84,11 @@ struct PhotoMeasurement {
 /// Maximum size of a photo, in pixels: twice that of a 100-megapixel camera.
 inline constexpr long long kLargestPhotoPx = 200'000'000;
 
+/// Photos are measured with no more px than these. Sufficient: lines of 20 px are read to a percent
+/// of their width.
+inline constexpr double kMaxMeasured_px = 12e6;
+inline constexpr int kLongestMeasured_px = 6000;
+
 /// Finds the printed lines, rectifies them to a top view, and measures their width along their
 /// length.
 ///

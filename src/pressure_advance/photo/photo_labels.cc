@@ -1,0 +1,148 @@
+#include "pressure_advance/photo/photo_labels.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "pressure_advance/photo/label_sequence.h"
+#include "pressure_advance/photo/photo_orientation.h"
+
+namespace trammel::pressure_advance {
+namespace {
+
+using vision::Homography;
+
+constexpr vision::DigitStyle kWide{}, kNarrow{true, false}, kMarlin{true, true};
+constexpr LabelFormat kEllisFormat{kNarrow, true, 4}, kMarlinFormat{kMarlin, true, 3};
+// Bambu Studio prints a sixth character where there is one; it is not looked at.
+constexpr LabelFormat kOrcaFormat{kWide, false, 4, 5};
+
+LabelReading Taken(const SequenceReading& reading) {
+  LabelReading result;
+  result.pressure_advance_s = reading.values_s;
+  result.problem = reading.problem;
+  result.lead = reading.lead;
+  return result;
+}
+
+// Labels beside lines, upright or upside down in the rectified picture.
+struct LinePlaces {
+  LabelPlaces places;
+  bool turned = false;
+};
+
+// Tool that prints lines, and its labels: places from the lines' ends, middles below the lines.
+struct LineTool {
+  double pitch_mm, along_mm, below_mm;
+  std::vector<LabelFormat> formats;
+};
+
+// Returns where the lines end at a rail, top to bottom, also at places without a line.
+std::vector<vision::PointPx> EndsAt(const vision::LinePattern& pattern, const vision::Curve& rail,
+                                    double middle_px) {
+  std::vector<vision::PointPx> ends;
+  for (std::size_t i = 0; i < pattern.rungs.size(); ++i) {
+    const double x = rail(pattern.rungs[i](middle_px));
+    const vision::PointPx end{x, pattern.rungs[i](x)};
+    const vision::PointPx last = i == 0 ? end : ends.back();
+    const int steps = i == 0 ? 1 : pattern.steps[i - 1];
+    for (int k = 1; k <= steps; ++k) {
+      const double part = static_cast<double>(k) / steps;
+      ends.push_back({last.x + part * (end.x - last.x), last.y + part * (end.y - last.y)});
+    }
+  }
+  return ends;
+}
+
+// Lists the ways in which the labels of all tools may lie beside these lines.
+std::vector<LinePlaces> WaysOf(const PhotoLines& lines) {
+  const vision::LinePattern& pattern = lines.line_pattern;
+  const double w = lines.picture.width - 1.0, h = lines.picture.height - 1.0;
+  const auto photo_from_picture =
+      vision::TargetFromSource(lines.corners, {{{0, 0}, {w, 0}, {w, h}, {0, h}}});
+  if (!photo_from_picture) return {};
+  // Labels of Orca's newer versions lie on a tab, 4 mm from its edge, the others on the plate.
+  const LineTool tools[] = {{3.5, 3.9, 0.25, {kOrcaFormat}},
+                            {5, 2.4, 0, {kMarlinFormat, kEllisFormat}}};
+  constexpr double kLength_mm = 79.3;  // between the bars' inner edges; 80 between free ends
+  const double mm_x = (pattern.right_inner(h / 2) - pattern.left_inner(h / 2)) / kLength_mm;
+  std::vector<LinePlaces> ways;
+  for (const LineTool& tool : tools) {
+    const double mm_y = pattern.pitch_px / tool.pitch_mm;
+    constexpr double kSquare = 1.2;  // the rectified picture has about square px
+    if (!(mm_x / mm_y < kSquare && mm_y / mm_x < kSquare)) continue;
+    for (const bool turned : {false, true}) {
+      LinePlaces way;
+      way.turned = turned;
+      way.places.formats = tool.formats;
+      way.places.along_mm = 1.6;  // ends, bars and tabs differ
+      const double sign = turned ? -1 : 1;
+      auto ends = EndsAt(pattern, turned ? pattern.left_inner : pattern.right_inner, w / 2);
+      if (!turned) std::reverse(ends.begin(), ends.end());
+      for (std::size_t k = 0; k < ends.size(); k += 2) {
+        constexpr double kHalfCell_mm = 2;
+        const Homography picture_from_label{
+            {sign * mm_x, 0, ends[k].x + sign * mm_x * tool.along_mm, 0, -sign * mm_y,
+             ends[k].y + sign * mm_y * (kHalfCell_mm + tool.below_mm), 0, 0, 1}};
+        way.places.photo_from_label.push_back(
+            vision::Product(*photo_from_picture, picture_from_label));
+      }
+      ways.push_back(std::move(way));
+    }
+  }
+  return ways;
+}
+
+}  // namespace
+
+LabelReading ReadLabels(const BgrView& photo, const ChevronView& view,
+                        const std::vector<double>& given_s) {
+  const auto count = static_cast<std::size_t>(view.found.count);
+  const double spacing_mm = SpacingOf_mm(view);
+  // Arms end 21.213 mm from the apexes; the tab begins one bead of the frame above that, the text
+  // 1.25 mm above the tab's edge, and the cell's middle is beside the arm's end.
+  constexpr double kArmsEnd_mm = 21.213, kTextFrom_mm = 22.98, kHalfCell_mm = 2;
+  const double s = 1 / spacing_mm;
+  LabelPlaces places;
+  places.formats = {kEllisFormat, kOrcaFormat};
+  for (std::size_t k = 0; k < count; k += 2) {
+    const Homography plane_from_label{{0, -s,
+                                       static_cast<double>(k) - s * (kArmsEnd_mm - kHalfCell_mm),
+                                       -s, 0, -s * kTextFrom_mm, 0, 0, 1}};
+    places.photo_from_label.push_back(
+        vision::Product(view.found.photo_from_plane, plane_from_label));
+  }
+  return Taken(ReadSequence(photo, {places}, count, given_s));
+}
+
+LabelReading ReadLabels(const BgrView& photo, const PhotoLines& lines,
+                        const std::vector<double>& given_s) {
+  LabelReading result;
+  const std::size_t candidates = PlacesOf(lines.line_pattern);
+  const std::vector<LinePlaces> ways = WaysOf(lines);
+  if (candidates < 4 || ways.empty()) {
+    result.problem = "the lines' length and distance are of none of the tools that print numbers";
+    return result;
+  }
+  double scale = 1;
+  const Frame seen = vision::ShrinkToFit(photo, kLongestMeasured_px, kMaxMeasured_px, scale);
+  const double shift = (scale - 1) / 2;
+  std::vector<LabelPlaces> all;
+  for (const LinePlaces& way : ways) {
+    LabelPlaces& places = all.emplace_back(way.places);
+    for (Homography& place : places.photo_from_label) {
+      place = vision::Product({{scale, 0, shift, 0, scale, shift, 0, 0, 1}}, place);
+    }
+  }
+  const SequenceReading reading = ReadSequence(seen.view(), all, candidates, given_s);
+  result = Taken(reading);
+  if (result.pressure_advance_s.empty()) return result;
+  const vision::Quad& c = lines.corners;  // top left, top right, bottom right, bottom left
+  const PhotoSide down = SideTowards(HeadingBetween(c[0], c[1], c[3], c[2]));
+  const PhotoSide right = SideTowards(HeadingBetween(c[0], c[3], c[1], c[2]));
+  const bool turned = ways[reading.places].turned;
+  result.from = turned ? Opposite(down) : down;
+  result.start = turned ? right : Opposite(right);
+  return result;
+}
+
+}  // namespace trammel::pressure_advance
