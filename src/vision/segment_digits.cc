@@ -285,8 +285,13 @@ StrokeTable LabelRow::TableAt(const LabelOffset& offset) const {
       for (int height = 0; height < kLevels && x < units_; ++height) {
         level.push_back(section(label, x + 0.5, 2 * height, false));
       }
+      // Edges of a tab or a bar go on below and above the cells.
+      constexpr double kBelow_mm = -0.9, kAbove_mm = 4.9;
+      const StrokeSection below = section(label, x, kBelow_mm, true);
+      const StrokeSection above = section(label, x, kAbove_mm, true);
       for (int quarter = 0; quarter < kQuarters; ++quarter) {
-        upright.push_back(section(label, x, quarter + 0.5, true));
+        StrokeSection& here = upright.emplace_back(section(label, x, quarter + 0.5, true));
+        for (std::size_t i = 0; i < here.size(); ++i) here[i] -= (below[i] + above[i]) / 2;
       }
     }
   }

@@ -38,7 +38,8 @@ std::vector<Sequence> LikelySequences(std::size_t candidates, bool few) {
   constexpr long kFarStart = 4;
   std::vector<Sequence> sequences;
   for (const long decade : {100L, 1000L, 10000L, 100000L}) {
-    for (const long percent : {100L, 125L, 150L, 200L, 250L, 300L, 400L, 500L, 600L, 750L, 800L}) {
+    for (const long percent : {100L, 120L, 125L, 150L, 175L, 200L, 225L, 250L, 300L, 350L, 400L,
+                               450L, 500L, 600L, 700L, 750L, 800L, 900L}) {
       const long step = decade * percent / 100;
       const bool usual =
           percent == 100 || percent == 200 || percent == 400 || percent == 500 || percent == 250;
@@ -194,34 +195,90 @@ RowReading ReadRow(const LabelRow& row, const LabelPlaces& places, std::size_t c
   return reading;
 }
 
-// Returns why a sequence is not believed: a digit that the photo shows better than the one that the
-// sequence has, or labels that are not seen.
+// True if one more digit would lie where the labels are looked at.
+bool HasRoom(const std::string& text, const vision::DigitStyle& style, int longest_mm) {
+  return vision::LengthOf_mm(text + '0', style) <= longest_mm;
+}
+
+// Returns texts that differ from `text` by one digit, by one more, or by the last character.
+std::vector<std::string> NeighboursOf(const std::string& text, bool has_room) {
+  std::vector<std::string> neighbours;
+  for (char digit = '0'; digit <= '9'; ++digit) {
+    for (std::size_t at = 0; at < text.size(); ++at) {
+      if (text[at] == '.' || text[at] == digit) continue;
+      neighbours.push_back(text);
+      neighbours.back()[at] = digit;
+    }
+    if (has_room) neighbours.push_back(text + digit);
+  }
+  if (text.size() > 1) neighbours.push_back(text.substr(0, text.size() - 1));
+  return neighbours;
+}
+
+// Returns the largest score of the texts with one digit changed in all of them, or with all
+// shorter.
+double BestCommonChange(const Scorer& scorer, const std::vector<std::string>& texts,
+                        const vision::DigitStyle& style, int longest_mm) {
+  double best = -1;
+  std::size_t longest = 0;
+  for (const std::string& text : texts) longest = std::max(longest, text.size());
+  const auto consider = [&](auto change) {
+    std::vector<std::string> changed = texts;
+    std::size_t count = 0;
+    for (std::size_t label = 0; label < texts.size(); ++label) {
+      change(changed[label]);
+      count += changed[label] != texts[label];
+    }
+    if (2 * count > texts.size()) best = std::max(best, scorer.ScoreOf(changed, style));
+  };
+  for (std::size_t at = 0; at < longest; ++at) {
+    consider([&](std::string& text) { text.resize(std::min(text.size(), at)); });
+    for (char digit = '0'; digit <= '9'; ++digit) {
+      consider([&](std::string& text) {
+        if (at < text.size() && text[at] != '.') text[at] = digit;
+      });
+      consider([&](std::string& text) {
+        if (at + 1 == text.size() && HasRoom(text, style, longest_mm)) text += digit;
+      });
+    }
+  }
+  return best;
+}
+
+// Returns why a sequence is not believed: digits that the photo shows better than those that the
+// sequence has, or labels that are not seen. Values that are in no list of sequences fail here.
 std::string Contradiction(const LabelRow& row, const LabelPlaces& places,
                           const RowReading& reading) {
   const Scorer scorer(row.TableAt(reading.offset), places);
   const vision::DigitStyle& style = places.formats[reading.format].style;
   const double whole = scorer.ScoreOf(reading.texts, style);
-  constexpr double kBetter = 8;
+  constexpr double kBetter = 8;  // of one label: strokes may lack filament
+  constexpr double kWorse = 5;   // of most labels
   std::size_t unseen = 0;
   for (std::size_t label = 0; label < reading.texts.size(); ++label) {
     std::vector<std::string> texts = reading.texts;
-    std::string& text = texts[label];
-    text.clear();
+    texts[label].clear();
     const double blank = scorer.ScoreOf(texts, style);
     unseen += blank > whole;
-    for (std::size_t at = 0; at < reading.texts[label].size(); ++at) {
-      text = reading.texts[label];
-      if (text[at] == '.') continue;
-      for (char digit = '0'; digit <= '9'; ++digit) {
-        text[at] = digit;
-        if (scorer.ScoreOf(texts, style) > kBetter + std::max(whole, blank)) {
-          return fmt::format("the label that should be {} looks like {}", reading.texts[label],
-                             text);
-        }
-      }
+    double best = kBetter + std::max(whole, blank);
+    std::string better;
+    const bool has_room = HasRoom(reading.texts[label], style, places.longest_mm);
+    for (const std::string& neighbour : NeighboursOf(reading.texts[label], has_room)) {
+      texts[label] = neighbour;
+      const double score = scorer.ScoreOf(texts, style);
+      if (score <= best) continue;
+      best = score;
+      better = neighbour;
+    }
+    if (!better.empty()) {
+      return fmt::format("the label that should be {} looks like {}", reading.texts[label], better);
     }
   }
-  constexpr std::size_t kShown = 4;  // of this many, one may be hidden
+  if (BestCommonChange(scorer, reading.texts, style, places.longest_mm) > whole - kWorse) {
+    return fmt::format("they are nearly {} to {}, but a digit may differ", reading.texts.front(),
+                       reading.texts.back());
+  }
+  constexpr std::size_t kShown = 3;  // of this many, one may be hidden
   if (kShown * unseen <= reading.texts.size()) return {};
   return fmt::format("{} of {} labels are not seen", unseen, reading.texts.size());
 }

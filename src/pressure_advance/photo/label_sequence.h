@@ -39,7 +39,7 @@ struct SequenceReading {
 
 /// Compares the photo with each sequence of round steps from a round start that people print: the
 /// number of digits is free, their order is not, so that a digit that is hardly seen does no harm.
-/// A sequence counts if it leads clearly over all others, if three of four labels are seen, and if
+/// A sequence counts if it leads clearly over all others, if two of three labels are seen, and if
 /// no digit looks clearly like another one.
 /// @param all  each way with one label per second candidate
 /// @param given_s  values that are preferred: nothing is read unless the labels contradict them;
