@@ -16,10 +16,12 @@
 #include <opencv2/imgproc.hpp>
 #include <ostream>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "base/random.h"
 #include "pressure_advance/commands/analysis_run.h"
+#include "pressure_advance/commands/photo_numbers.h"
 #include "pressure_advance/response/response.h"
 #include "support/analyze_result.h"
 #include "support/matchers.h"
@@ -270,6 +272,47 @@ TEST(RealPhotoOfChevrons, HasAllSeventeenAndTheAuthorsChoice) {
   const json fewer = test::AnalyzeToJson(photo + " --pa 0:0.075:0.005", folder.path());
   EXPECT_EQ(fewer["verdict"], "refused");
   EXPECT_THAT(fewer["reason"].get<std::string>(), ::testing::HasSubstr("17 corners are seen"));
+}
+
+// Photos of Ellis' guide: numbers on a tab of the same filament, and numbers on the plate.
+class OtherToolsPhotos : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    const char* data = std::getenv("TRAMMEL_TEST_DATA");
+    if (data == nullptr) GTEST_SKIP() << "set TRAMMEL_TEST_DATA";
+    folder_ = fs::path(data) / "pressure_advance_photos" / "others";
+    if (!fs::is_directory(folder_)) GTEST_SKIP() << folder_ << " is not there";
+  }
+  fs::path folder_;
+};
+
+std::vector<double> StepsOf5Ms(int count) {
+  std::vector<double> values;
+  for (int i = 0; i < count; ++i) values.push_back(0.005 * i);
+  return values;
+}
+
+TEST_F(OtherToolsPhotos, PrintedNumbersNameTheValues) {
+  for (const auto& [name, count] :
+       {std::pair{"ellis-pattern-full.jpg", 17}, std::pair{"ellis-KFactor-Print.jpg", 20}}) {
+    const auto numbers = app::ReadPrintedNumbers(folder_ / name, {});
+    ASSERT_TRUE(numbers.has_value()) << name;
+    EXPECT_EQ(numbers->problem, "") << name;
+    EXPECT_THAT(numbers->pressure_advance_s,
+                ::testing::Pointwise(::testing::DoubleNear(1e-9), StepsOf5Ms(count)))
+        << name;
+  }
+}
+
+TEST_F(OtherToolsPhotos, PrintedNumbersContradictOtherValues) {
+  const fs::path file = folder_ / "ellis-pattern-full.jpg";
+  app::PhotoPlan plan;
+  plan.form = pa::PatternForm::kCorners;
+  plan.pressure_advance_s = StepsOf5Ms(17);
+  EXPECT_EQ(app::ContradictingNumbers(file, plan).value_or("error"), "");
+  for (double& value : plan.pressure_advance_s) value *= 0.8;
+  EXPECT_THAT(app::ContradictingNumbers(file, plan).value_or("error"),
+              ::testing::HasSubstr("0 to 0.08 s, and 0 to 0.064 s were given"));
 }
 
 }  // namespace

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <utility>
 #include <vector>
 
@@ -46,8 +47,11 @@ LabelReading ReadLines(const Seen& seen, const std::vector<double>& given_s) {
     return reading;
   }
   constexpr std::size_t kUsualLines = 50;  // sets the size at which they are searched
-  const auto lines = pressure_advance::FindPhotoLines(
-      seen.picture.view(), given_s.empty() ? kUsualLines : given_s.size(), false);
+  pressure_advance::PhotoOptions options;
+  options.framed = false;
+  options.pressure_advance_s = given_s;
+  if (given_s.empty()) options.pressure_advance_s.resize(kUsualLines);
+  const auto lines = pressure_advance::FindPhotoLines(seen.picture.view(), options);
   if (lines.problem.empty()) {
     return pressure_advance::ReadLabels(seen.picture.view(), lines, given_s);
   }
@@ -59,19 +63,32 @@ std::string RangeText(const std::vector<double>& values_s) {
   return fmt::format("{:.4g} to {:.4g} s", values_s.front(), values_s.back());
 }
 
+// Reads the numbers beside the chevrons, else beside the lines.
+LabelReading ReadSeen(const Seen& seen, const PhotoPlan& plan) {
+  if (seen.chevrons.problem.empty()) {
+    return pressure_advance::ReadLabels(seen.picture.view(), seen.chevrons,
+                                        plan.pressure_advance_s);
+  }
+  // Arms of chevrons are not read as lines.
+  if (plan.form != PatternForm::kCorners && seen.chevrons.found.count == 0) {
+    return ReadLines(seen, plan.pressure_advance_s);
+  }
+  LabelReading reading;
+  reading.problem = seen.chevrons.problem;
+  return reading;
+}
+
 }  // namespace
+
+Result<LabelReading> ReadPrintedNumbers(const std::filesystem::path& file, const PhotoPlan& plan) {
+  return ReadSeen(TRY(Look(file, plan)), plan);
+}
 
 Result<NumberedRun> AnalyseByNumbers(const std::filesystem::path& file, const PhotoPlan& given) {
   const Seen seen = TRY(Look(file, given));
+  const LabelReading reading = ReadSeen(seen, given);
   const bool corners = seen.chevrons.problem.empty();
   NumberedRun result;
-  if (!corners && (given.form == PatternForm::kCorners || seen.chevrons.found.count > 0)) {
-    result.problem = seen.chevrons.problem;
-    return result;
-  }
-  const LabelReading reading =
-      corners ? pressure_advance::ReadLabels(seen.picture.view(), seen.chevrons)
-              : ReadLines(seen, {});
   if (reading.pressure_advance_s.empty()) {
     result.problem = reading.problem;
     return result;
@@ -88,21 +105,17 @@ Result<NumberedRun> AnalyseByNumbers(const std::filesystem::path& file, const Ph
   notices.push_back(fmt::format(
       "the printed numbers say {} in {} steps of {:.4g} s", RangeText(plan.pressure_advance_s),
       plan.pressure_advance_s.size() - 1, plan.pressure_advance_s[1] - plan.pressure_advance_s[0]));
-  if (!corners) {
-    notices.push_back(fmt::format(
-        "the lines' speeds are not known: {:g} and {:g} mm/s were taken; --gcode tells them",
-        plan.segments[0].speed_mm_s, plan.segments[1].speed_mm_s));
-  }
+  notices.push_back(
+      corners ? std::string("the corners' speed and acceleration are not known; --gcode tells them")
+              : fmt::format("the lines' speeds are not known: {:g} and {:g} mm/s were taken; "
+                            "--gcode tells them",
+                            plan.segments[0].speed_mm_s, plan.segments[1].speed_mm_s));
   return result;
 }
 
 Result<std::string> ContradictingNumbers(const std::filesystem::path& file, const PhotoPlan& plan) {
-  const Seen seen = TRY(Look(file, plan));
+  const LabelReading reading = TRY(ReadPrintedNumbers(file, plan));
   const std::vector<double>& given_s = plan.pressure_advance_s;
-  const LabelReading reading =
-      seen.chevrons.problem.empty()
-          ? pressure_advance::ReadLabels(seen.picture.view(), seen.chevrons, given_s)
-          : ReadLines(seen, given_s);
   if (reading.pressure_advance_s.size() != given_s.size()) return std::string();
   return fmt::format("the numbers beside the pattern say {}, and {} were given",
                      RangeText(reading.pressure_advance_s), RangeText(given_s));

@@ -7,8 +7,16 @@
 
 #include "base/result.h"
 #include "pressure_advance/commands/analysis_run.h"
+#include "pressure_advance/photo/photo_labels.h"
 
 namespace trammel::app {
+
+/// Reads the values beside the lines or corners of a photo.
+/// @param plan  without values: its form, as far as given; with values: nothing is read unless the
+///     photo contradicts them
+/// Errors: a file that is no picture.
+[[nodiscard]] Result<pressure_advance::LabelReading> ReadPrintedNumbers(
+    const std::filesystem::path& file, const PhotoPlan& plan);
 
 /// Analysis of a photo whose values were read from it.
 struct NumberedRun {

@@ -151,7 +151,9 @@ void AddPhotoReadingOptions(CLI::App& command, PhotoReading& reading) {
   CLI::Option* plan = command.add_option(
       "--plan", reading.plan,
       "photo: the *.plan.json that pa pattern wrote; says the lines' PA and segments. Without it, "
-      "--gcode and --pa, the one beside the photo, else that of the last pa print --photo");
+      "--gcode and --pa, the one beside the photo, else that of the last pa print --photo, else "
+      "the "
+      "numbers printed beside another tool's pattern");
   CLI::Option* gcode =
       command
           .add_option("--gcode", reading.gcode,
@@ -159,7 +161,8 @@ void AddPhotoReadingOptions(CLI::App& command, PhotoReading& reading) {
           ->excludes(plan);
   command
       .add_option("--pattern", reading.pattern,
-                  "photo: whose pattern it is: " + PatternNames() + "; with --pa")
+                  "photo: whose pattern it is: " + PatternNames() +
+                      "; without --pa, its printed numbers are read")
       ->excludes(plan)
       ->excludes(gcode);
   CLI::Option* pa =
@@ -214,7 +217,8 @@ Result<AnalysisRun> ReadPhoto(const std::string& path, const PhotoReading& readi
   if (!run) return run;
   const bool corners = run->analysis.corners.has_value();
   if (!corners && !found.notice.empty()) run->analysis.notices.push_back(found.notice);
-  if (run->analysis.pressure_advance.good() && (corners || !found.plan.framed)) {
+  const bool refused = run->analysis.pressure_advance.verdict() == Verdict::kRefused;
+  if (!refused && (corners || !found.plan.framed)) {
     const std::string others = TRY(ContradictingNumbers(path, found.plan));
     if (!others.empty()) {
       return Fail(fmt::format("{}: {}: is it the photo of this print?", path, others),
