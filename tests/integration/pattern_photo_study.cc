@@ -17,7 +17,6 @@
 #include "base/random.h"
 #include "files/new_file.h"
 #include "pressure_advance/commands/photo_batch.h"
-#include "pressure_advance/commands/photo_numbers.h"
 #include "pressure_advance/files/slicer_gcode.h"
 #include "sim/photo/photo.h"
 #include "sim/slicer_patterns/drawn_pattern_photo.h"
@@ -153,19 +152,20 @@ NumbersRead ReadNumbers(sim::PatternKind kind, std::uint64_t seed) {
   const auto file = folder.path() / "photo.jpg";
   EXPECT_TRUE(sim::WriteJpegFile(world->photo, world->phone.jpeg_quality, file).has_value());
   app::PhotoPlan plan;
+  plan.segments = {{0.25, 20}, {0.5, 100}, {0.25, 20}};
   plan.form = kind == sim::PatternKind::kOrcaLine || kind == sim::PatternKind::kMarlinLines
                   ? app::PatternForm::kLines
                   : app::PatternForm::kCorners;
-  const auto numbers = app::ReadPrintedNumbers(file, plan);
-  EXPECT_TRUE(numbers.has_value()) << seed;
-  const std::vector<double>& read = numbers->pressure_advance_s;
+  const auto run = app::AnalysePhoto(file, plan);
+  EXPECT_TRUE(run.has_value()) << seed;
+  const std::vector<double>& read = run->printed_s;
   bool right = read.size() == world->values.size();
   for (std::size_t i = 0; right && i < read.size(); ++i) {
     right = std::abs(read[i] - world->values[i]) < 1e-6;
   }
   if (!right) {
     fmt::print("  {} {:g}:{:g}:{:g} {}\n", seed, start, end, step,
-               read.empty() ? numbers->problem
+               read.empty() ? run->analysis.pressure_advance.reason()
                             : fmt::format("read as {:g} to {:g}, {} values MISREAD", read.front(),
                                           read.back(), read.size()));
   }

@@ -21,7 +21,6 @@
 
 #include "base/random.h"
 #include "pressure_advance/commands/analysis_run.h"
-#include "pressure_advance/commands/photo_numbers.h"
 #include "pressure_advance/response/response.h"
 #include "support/analyze_result.h"
 #include "support/matchers.h"
@@ -185,26 +184,24 @@ TEST(ReadmePicture, IsWhatItsCommandDrawsNow) {
     GTEST_SKIP() << "set TRAMMEL_TEST_DATA to the folder with pressure_advance_photos/";
   }
   const std::string readme = test::ReadWhole(TRAMMEL_SOURCE_FOLDER "README.md");
-  const std::string photo = "ellis-KFactor-Print.jpg", values = "0:0.095:0.005";
-  const std::size_t begin = readme.find("pa photo " + photo);
+  const std::string kPhoto = "ellis-KFactor-Print.jpg";
+  const std::size_t begin = readme.find("pa photo " + kPhoto);
   ASSERT_NE(begin, std::string::npos);
   const std::string command = readme.substr(begin, readme.find('`', begin) - begin);
   const cv::Mat shown = cv::imread(TRAMMEL_SOURCE_FOLDER "docs/images/response-real-photo.png");
-  for (const std::string& printed : {values, std::string("0:0.19:0.01")}) {
+  for (const std::string& photo : {kPhoto, std::string("ellis-pattern-full.jpg")}) {
     const test::TemporaryFolder folder;
     fs::copy_file(fs::path(data) / "pressure_advance_photos" / "others" / photo,
-                  folder.path() / photo);
-    std::string drawn = command;
-    drawn.replace(drawn.find(values), values.size(), printed);
-    ASSERT_THAT(test::RunTrammel(drawn, folder.path()), Ends(0));
+                  folder.path() / kPhoto);
+    ASSERT_THAT(test::RunTrammel(command, folder.path()), Ends(0));
     const double difference =
         MeanDifference(cv::imread((folder.path() / "figures/response.png").string()), shown);
-    if (printed == values) {
+    if (photo == kPhoto) {
       EXPECT_LE(difference, kSame) << "draw it anew: trammel " << command;
     } else {
-      EXPECT_GT(difference, kSame) << "other values' figure passes for it";
+      EXPECT_GT(difference, kSame) << "another photo's figure passes for it";
     }
-    std::printf("%s: %.4f grey levels from the README's picture\n", printed.c_str(), difference);
+    std::printf("%s: %.4f grey levels from the README's picture\n", photo.c_str(), difference);
   }
 }
 
@@ -295,10 +292,12 @@ std::vector<double> StepsOf5Ms(int count) {
 TEST_F(OtherToolsPhotos, PrintedNumbersNameTheValues) {
   for (const auto& [name, count] :
        {std::pair{"ellis-pattern-full.jpg", 17}, std::pair{"ellis-KFactor-Print.jpg", 20}}) {
-    const auto numbers = app::ReadPrintedNumbers(folder_ / name, {});
-    ASSERT_TRUE(numbers.has_value()) << name;
-    EXPECT_EQ(numbers->problem, "") << name;
-    EXPECT_THAT(numbers->pressure_advance_s,
+    app::PhotoPlan plan;
+    plan.segments = {{0.25, 20}, {0.5, 100}, {0.25, 20}};
+    const auto run = app::AnalysePhoto(folder_ / name, plan);
+    ASSERT_TRUE(run.has_value()) << name;
+    EXPECT_TRUE(run->analysis.pressure_advance.good()) << name;
+    EXPECT_THAT(run->printed_s,
                 ::testing::Pointwise(::testing::DoubleNear(1e-9), StepsOf5Ms(count)))
         << name;
   }
@@ -309,9 +308,9 @@ TEST_F(OtherToolsPhotos, PrintedNumbersContradictOtherValues) {
   app::PhotoPlan plan;
   plan.form = pa::PatternForm::kCorners;
   plan.pressure_advance_s = StepsOf5Ms(17);
-  EXPECT_EQ(app::ContradictingNumbers(file, plan).value_or("error"), "");
+  EXPECT_TRUE(app::AnalysePhoto(file, plan)->analysis.pressure_advance.good());
   for (double& value : plan.pressure_advance_s) value *= 0.8;
-  EXPECT_THAT(app::ContradictingNumbers(file, plan).value_or("error"),
+  EXPECT_THAT(app::AnalysePhoto(file, plan)->analysis.pressure_advance.reason(),
               ::testing::HasSubstr("0 to 0.08 s, and 0 to 0.064 s were given"));
 }
 

@@ -20,6 +20,8 @@
 #include "document/interval_text.h"
 #include "machine/camera/phone_picture.h"
 #include "pressure_advance/commands/laser_recording.h"
+#include "pressure_advance/photo/photo_labels.h"
+#include "pressure_advance/photo/photo_lines.h"
 #include "pressure_advance/report/analysis_json.h"
 #include "pressure_advance/report/pressure_advance_report.h"
 #include "pressure_advance/response/flow_ratio.h"
@@ -28,6 +30,7 @@
 
 namespace trammel::app {
 
+using pressure_advance::ChevronView;
 using pressure_advance::LineMotion;
 
 namespace {
@@ -231,23 +234,64 @@ AnalysisRun AnalyseCorners(const std::string& file, const pressure_advance::Chev
   return run;
 }
 
-Result<AnalysisRun> AnalysePhoto(const std::filesystem::path& file, const PhotoPlan& plan) {
-  const Frame picture = TRY(machine::ReadPhotoFile(file));
-  if (plan.to_and_fro) {
-    return RefusedRun(fmt::format(
-        "{}: the lines of this pattern were printed to and fro, which is not read; print them all "
-        "in one direction",
-        file.string()));
+namespace {
+
+std::string RangeText(const std::vector<double>& values_s) {
+  return fmt::format("{:.4g} to {:.4g} s", values_s.front(), values_s.back());
+}
+
+// Takes the printed numbers into a plan without values, or compares them with its values.
+// @returns why the plan cannot be used; empty: it can
+std::string TakeNumbers(const pressure_advance::LabelReading& reading, bool corners,
+                        PhotoPlan& plan, std::vector<std::string>& notices) {
+  const std::vector<double>& read_s = reading.pressure_advance_s;
+  if (!plan.pressure_advance_s.empty()) {
+    if (read_s.size() != plan.pressure_advance_s.size()) return {};
+    return fmt::format(
+        "the numbers beside the pattern say {}, and {} were given: is it the photo of this print?",
+        RangeText(read_s), RangeText(plan.pressure_advance_s));
   }
-  if (plan.form != PatternForm::kLines) {
-    const auto view = pressure_advance::ViewChevrons(picture.view());
-    // Arms of chevrons are not read as lines.
-    if (plan.form == PatternForm::kCorners || view.found.count > 0) {
-      AnalysisRun run = AnalyseCorners(file.string(), view, plan);
-      if (!run.photo) run.refused = Kept(picture, OutlineOf(view));
-      return run;
-    }
+  if (read_s.empty()) {
+    return fmt::format("the printed numbers cannot be read: {}", reading.problem);
   }
+  plan.pressure_advance_s = read_s;
+  if (!plan.from) plan.from = reading.from;
+  if (!plan.start) plan.start = reading.start;
+  notices.push_back(fmt::format("the printed numbers say {} in {} steps of {:.4g} s",
+                                RangeText(read_s), read_s.size() - 1, read_s[1] - read_s[0]));
+  notices.push_back(
+      corners ? std::string("the corners' speed and acceleration are not known; --gcode tells them")
+              : fmt::format("the lines' speeds are not known: {:g} and {:g} mm/s were taken; "
+                            "--gcode tells them",
+                            plan.segments[0].speed_mm_s, plan.segments[1].speed_mm_s));
+  return {};
+}
+
+// True if the numbers beside so many candidates are to be read: for a plan without values, or to
+// compare.
+bool WantsNumbers(const PhotoPlan& plan, std::size_t candidates) {
+  return plan.pressure_advance_s.empty() || plan.pressure_advance_s.size() == candidates;
+}
+
+AnalysisRun AnalyseCornersIn(const Frame& picture, const std::string& file, const ChevronView& view,
+                             PhotoPlan plan) {
+  std::vector<std::string> notices;
+  AnalysisRun run;
+  std::string fault;
+  const bool numbered = plan.pressure_advance_s.empty();
+  if (view.problem.empty() && WantsNumbers(plan, static_cast<std::size_t>(view.found.count))) {
+    fault =
+        TakeNumbers(ReadLabels(picture.view(), view, plan.pressure_advance_s), true, plan, notices);
+  }
+  run = fault.empty() ? AnalyseCorners(file, view, plan)
+                      : RefusedRun(fmt::format("{}: {}", file, fault));
+  if (!run.photo) run.refused = Kept(picture, OutlineOf(view));
+  if (numbered) run.printed_s = plan.pressure_advance_s;
+  run.analysis.notices.insert(run.analysis.notices.end(), notices.begin(), notices.end());
+  return run;
+}
+
+pressure_advance::PhotoOptions OptionsOf(const PhotoPlan& plan) {
   pressure_advance::PhotoOptions options;
   options.pressure_advance_s = plan.pressure_advance_s;
   options.from = plan.from;
@@ -257,13 +301,64 @@ Result<AnalysisRun> AnalysePhoto(const std::filesystem::path& file, const PhotoP
   options.length_pitches = plan.length_pitches;
   options.slow_before = plan.segments.front().fraction;
   options.slow_after = plan.segments.back().fraction;
-  pressure_advance::PhotoMeasurement seen = pressure_advance::MeasurePhoto(picture.view(), options);
+  return options;
+}
+
+// Measures the lines of another tool's pattern, named by the plan or by their numbers.
+pressure_advance::PhotoMeasurement MeasureNumbered(const Frame& picture, PhotoPlan& plan,
+                                                   std::vector<std::string>& notices) {
+  pressure_advance::PhotoOptions options = OptionsOf(plan);
+  constexpr std::size_t kUsualLines = 50;  // sets the size at which unknown ones are searched
+  if (options.pressure_advance_s.empty()) options.pressure_advance_s.resize(kUsualLines);
+  pressure_advance::PhotoMeasurement seen;
+  seen.refusal = CheckPhotoInput(picture.view(), options);
+  if (!seen.refusal.empty()) return seen;
+  pressure_advance::PhotoLines lines = FindPhotoLines(picture.view(), options);
+  if (lines.problem.empty() && WantsNumbers(plan, pressure_advance::PlacesOf(lines.line_pattern))) {
+    seen.refusal = TakeNumbers(ReadLabels(picture.view(), lines, plan.pressure_advance_s), false,
+                               plan, notices);
+    if (!seen.refusal.empty()) {
+      seen.outline = lines.corners;
+      return seen;
+    }
+  }
+  return MeasurePhotoLines(std::move(lines), OptionsOf(plan));
+}
+
+}  // namespace
+
+Result<AnalysisRun> AnalysePhoto(const std::filesystem::path& file, const PhotoPlan& given) {
+  const Frame photo = TRY(machine::ReadPhotoFile(file));
+  if (given.to_and_fro) {
+    return RefusedRun(fmt::format(
+        "{}: the lines of this pattern were printed to and fro, which is not read; print them all "
+        "in one direction",
+        file.string()));
+  }
+  double scale = 1;
+  const Frame picture = vision::ShrinkToFit(photo.view(), pressure_advance::kLongestMeasured_px,
+                                            pressure_advance::kMaxMeasured_px, scale);
+  if (given.form != PatternForm::kLines) {
+    const auto view = pressure_advance::ViewChevrons(picture.view());
+    // Arms of chevrons are not read as lines.
+    if (given.form == PatternForm::kCorners || view.found.count > 0) {
+      return AnalyseCornersIn(picture, file.string(), view, given);
+    }
+  }
+  PhotoPlan plan = given;
+  const bool numbered = plan.pressure_advance_s.empty();
+  if (numbered) plan.framed = false;
+  std::vector<std::string> notices;
+  pressure_advance::PhotoMeasurement seen = plan.framed
+                                                ? MeasurePhoto(picture.view(), OptionsOf(plan))
+                                                : MeasureNumbered(picture, plan, notices);
   if (!seen.refusal.empty()) {
     AnalysisRun run = RefusedRun(fmt::format("{}: {}", file.string(), seen.refusal));
     run.refused = Kept(picture, OutlineOf(seen, picture));
+    if (numbered) run.printed_s = plan.pressure_advance_s;
     return run;
   }
-  std::vector<std::string> notices = seen.notices;
+  notices.insert(notices.end(), seen.notices.begin(), seen.notices.end());
   if (!plan.from && !seen.marked && seen.first_line != pressure_advance::PhotoSide::kBottom) {
     notices.push_back(fmt::format("the first line lies at the {} of the photo, as the lines say",
                                   ToString(seen.first_line)));
@@ -283,6 +378,7 @@ Result<AnalysisRun> AnalysePhoto(const std::filesystem::path& file, const PhotoP
   run.analysis = pressure_advance::Analyse(std::move(seen.profiles), motion, {}, response);
   run.analysis.printed_by = plan.printed_by;
   run.analysis.notices.insert(run.analysis.notices.begin(), notices.begin(), notices.end());
+  if (numbered) run.printed_s = plan.pressure_advance_s;
   return run;
 }
 

@@ -44,7 +44,8 @@ using pressure_advance::PatternForm;
 /// Facts that a photo does not show.
 struct PhotoPlan {
   std::optional<PatternForm> form;                   ///< absent: found
-  std::vector<double> pressure_advance_s;            ///< per line, from the first line's side
+  std::vector<double> pressure_advance_s;            ///< per line, from the first line's side;
+                                                     ///< empty: by the printed numbers
   std::optional<pressure_advance::PhotoSide> from;   ///< absent: found
   std::optional<pressure_advance::PhotoSide> start;  ///< printed start; absent: detected
   bool corner_mark = false;                          ///< PhotoOptions::corner_mark
@@ -60,8 +61,10 @@ struct PhotoPlan {
   std::optional<double> spacing_mm = {};       ///< between corners; absent: that of the usual tools
 };
 
-/// Analyses a photo of a printed pattern (JPEG, PNG, WebP or HEIC). A photo in which the pattern
-/// cannot be measured gives a refused analysis; a file that is no picture is an error.
+/// Analyses a photo of a printed pattern (JPEG, PNG, WebP or HEIC). Without values in the plan,
+/// reads the numbers printed beside it, and says so in notices; with values of another tool's
+/// pattern, refuses numbers that clearly differ. A photo in which the pattern cannot be measured
+/// gives a refused analysis; a file that is no picture is an error.
 [[nodiscard]] Result<AnalysisRun> AnalysePhoto(const std::filesystem::path& file,
                                                const PhotoPlan& plan);
 

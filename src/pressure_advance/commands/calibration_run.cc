@@ -128,8 +128,8 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr const char* kNameThePlan =
-    "Name the plan that pa pattern wrote with the G-code (--plan FILE), or give the values "
-    "(--pa START:END:STEP, --segments)";
+    "Name the plan that pa pattern wrote with the G-code (--plan FILE), the slicer's file (--gcode "
+    "FILE), or give the values (--pa START:END:STEP, --segments)";
 
 fs::path PlanFileOf(const files::PatternPrint& print) {
   return fs::path(print.folder) / "pattern.plan.json";
@@ -301,11 +301,10 @@ Result<std::optional<FoundPlan>> FindPlanOf(const fs::path& photo) {
   return beside ? Result<std::optional<FoundPlan>>(std::move(beside)) : PlanOfLastPrint(photo);
 }
 
-std::string NoPlanText(const fs::path& photo, const std::string& numbers) {
+std::string NoPlanText(const std::string& numbers) {
   return fmt::format(
-      "{}no plan (*.plan.json) lies beside it, no print of a pattern is noted, and no "
-      "printed numbers are read ({}). {}",
-      CannotTell(photo.filename().string()), numbers, kNameThePlan);
+      "{}. No plan (*.plan.json) lies beside it, and no print of a pattern is noted. {}", numbers,
+      kNameThePlan);
 }
 
 Result<FoundPlan> FindUploadedPlan(const procedure::Session& session) {

@@ -13,7 +13,6 @@
 #include "pressure_advance/commands/calibration_run.h"
 #include "pressure_advance/commands/pattern_options.h"
 #include "pressure_advance/commands/photo_batch.h"
-#include "pressure_advance/commands/photo_numbers.h"
 #include "pressure_advance/files/slicer_gcode.h"
 #include "pressure_advance/response/transitions.h"
 
@@ -136,13 +135,14 @@ Result<AnalysisRun> ReadNumbered(const std::string& path, const PhotoReading& re
   plan.form = TRY(FormOf(reading.pattern));
   plan.segments = kSlicerSegments;
   TRY(TakeSides(reading, plan));
-  NumberedRun numbered = TRY(AnalyseByNumbers(path, plan));
-  if (numbered.run) return std::move(*numbered.run);
-  if (!plan.form) return Fail(NoPlanText(path, numbered.problem));
-  return Fail(fmt::format("{}: the printed numbers cannot be read: {}. Give the values (--pa "
-                          "START:END:STEP), or the slicer's file (--gcode FILE)",
-                          path, numbered.problem),
-              ErrorKind::kMeasurement);
+  AnalysisRun run = TRY(AnalysePhoto(path, plan));
+  if (!run.printed_s.empty()) return run;
+  Measured& answer = run.analysis.pressure_advance;
+  if (!plan.form) return Fail(NoPlanText(answer.reason()));
+  answer = Measured::Refused(
+      fmt::format("{}. Give the values (--pa START:END:STEP), or the slicer's file (--gcode FILE)",
+                  answer.reason()));
+  return run;
 }
 
 }  // namespace
@@ -213,18 +213,15 @@ Result<AnalysisRun> ReadPhoto(const std::string& path, const PhotoReading& readi
   auto named = TRY(LinesOf(path, reading, print));
   if (!named) return ReadNumbered(path, reading);
   const FoundPlan found = TRY(Checked(std::move(*named), reading));
-  Result<AnalysisRun> run = AnalysePhoto(path, found.plan);
-  if (!run) return run;
-  const bool corners = run->analysis.corners.has_value();
-  if (!corners && !found.notice.empty()) run->analysis.notices.push_back(found.notice);
-  const bool refused = run->analysis.pressure_advance.verdict() == Verdict::kRefused;
-  if (!refused && (corners || !found.plan.framed)) {
-    const std::string others = TRY(ContradictingNumbers(path, found.plan));
-    if (!others.empty()) {
-      return Fail(fmt::format("{}: {}: is it the photo of this print?", path, others),
-                  ErrorKind::kMeasurement);
-    }
+  AnalysisRun run = TRY(AnalysePhoto(path, found.plan));
+  const bool refused = run.analysis.pressure_advance.verdict() == Verdict::kRefused;
+  const bool named_by_hand = !FirstGiven(reading).empty();
+  if (refused && !named_by_hand) {
+    // The photo may be of another tool's pattern than the print that is noted.
+    Result<AnalysisRun> other = ReadNumbered(path, reading);
+    if (other && other->analysis.pressure_advance.verdict() != Verdict::kRefused) return other;
   }
+  if (!run.analysis.corners && !found.notice.empty()) run.analysis.notices.push_back(found.notice);
   return run;
 }
 

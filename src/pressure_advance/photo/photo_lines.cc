@@ -311,14 +311,6 @@ PhotoLines LinesWithoutFrame(const Frame& measured, const PhotoOptions& options)
         LookAtComb(measured.view(), comb, ChoosingSize_px(wanted), false);
     if (!view) continue;
     const vision::LinePattern& pattern = view->line_pattern;
-    fmt::print(stderr,
-               "comb places {} weight {:.0f} -> {} rungs, {} places, left {} right {} ended "
-               "{:.2f} cut {} {} pitch {:.1f} long {} {}\n",
-               comb.places, comb.weight, pattern.rungs.size(), PlacesOf(pattern),
-               pattern.left_inner.c0, pattern.right_inner.c0, pattern.ended, pattern.first_cut,
-               pattern.last_cut, pattern.pitch_px,
-               (pattern.right_inner.c0 - pattern.left_inner.c0) / pattern.pitch_px,
-               pattern.problem);
     if (!pattern.problem.empty()) {
       if (problem.empty()) problem = pattern.problem;
       continue;

@@ -366,12 +366,20 @@ double PictureSigma(double blur) {
   return kPerSquare * blur * blur;
 }
 
+std::string CheckPhotoInput(const BgrView& photo, const PhotoOptions& options) {
+  std::string problem = CheckOptions(options);
+  return problem.empty() ? CheckPhoto(photo) : problem;
+}
+
 PhotoMeasurement MeasurePhoto(const BgrView& photo, const PhotoOptions& options) {
   PhotoMeasurement measurement;
-  measurement.refusal = CheckOptions(options);
-  if (measurement.refusal.empty()) measurement.refusal = CheckPhoto(photo);
+  measurement.refusal = CheckPhotoInput(photo, options);
   if (!measurement.refusal.empty()) return measurement;
-  PhotoLines seen = FindPhotoLines(photo, options);
+  return MeasurePhotoLines(FindPhotoLines(photo, options), options);
+}
+
+PhotoMeasurement MeasurePhotoLines(PhotoLines&& seen, const PhotoOptions& options) {
+  PhotoMeasurement measurement;
   if (!seen.problem.empty()) {
     measurement.refusal = std::move(seen.problem);
     return measurement;

@@ -106,4 +106,12 @@ inline constexpr int kLongestMeasured_px = 6000;
 /// are reduced to 12 megapixels.
 [[nodiscard]] PhotoMeasurement MeasurePhoto(const BgrView& photo, const PhotoOptions& options);
 
+struct PhotoLines;
+
+/// Does the same for lines that were found before, with the same options but for values and sides.
+[[nodiscard]] PhotoMeasurement MeasurePhotoLines(PhotoLines&& lines, const PhotoOptions& options);
+
+/// Empty if a photo's size and the options can be measured; else the problem.
+[[nodiscard]] std::string CheckPhotoInput(const BgrView& photo, const PhotoOptions& options);
+
 }  // namespace trammel::pressure_advance

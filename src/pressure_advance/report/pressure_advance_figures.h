@@ -28,6 +28,7 @@ struct AnalysisRun {
   pressure_advance::Analysis analysis;
   std::optional<pressure_advance::LaserScanView> scan = {};
   std::optional<pressure_advance::PhotoView> photo = {};
+  std::vector<double> printed_s = {};  ///< values that were read beside the pattern; empty: none
   std::optional<RefusedPhoto> refused = {};  ///< in place of `photo`
 };
 
