@@ -149,7 +149,7 @@ TEST_F(AnalyzePhoto, TakesNoListThatNobodyNamed) {
   // Neither beside a plan nor after a print that is noted.
   for (const char* options : {"", " --photo", " --from bottom"}) {
     ExpectRejected("downloads/photo.jpg" + std::string(options), folder(),
-                   {"cannot tell which values", "photo.jpg", "--plan", "--pa"});
+                   {"No plan", "photo.jpg", "--plan", "--gcode", "--pa"});
   }
   // Beside its plan.
   const auto beside = folder() / "downloads" / "pattern.plan.json";

@@ -86,7 +86,8 @@ Result<std::vector<std::string>> ReadGcodeArchive(std::string_view bytes, const 
                     [](const auto& plate) { return std::pair(plate.first.size(), plate.first); });
   std::vector<std::string> texts;
   for (const auto& [name, index] : plates) {
-    texts.push_back(TRY(Unpack(archive.get(), index, file + ", " + name, max_bytes)));
+    const std::string plate = fmt::format("{}, {}", file, name);
+    texts.push_back(TRY(Unpack(archive.get(), index, plate, max_bytes)));
     max_bytes -= texts.back().size();
   }
   return texts;

@@ -19,7 +19,8 @@ namespace trammel::report {
 /// Photo without an answer, as it was taken.
 struct RefusedPhoto {
   Frame picture;
-  /// Around what was taken for the pattern, as parts of the picture's width and height; empty: nothing.
+  /// Around what was taken for the pattern, as parts of the picture's width and height; empty:
+  /// nothing.
   std::vector<vision::PointPx> outline;
 };
 
