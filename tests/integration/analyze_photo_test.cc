@@ -314,6 +314,14 @@ TEST_F(AnalyzePhoto, TheTutorialsCommandsAnswerAsItShows) {
         ASSERT_THAT(test::RunTrammel("sim photo pattern.gcode --seed 77 -o photo.jpg", folder()),
                     Ends(0));
       }
+      if (line.find("pa photo test.jpg") != std::string::npos) {
+        for (const char* command :
+             {"sim pattern marlin-lines --pa 0:0.1:0.005 -o plate_1.gcode",
+              "sim photo plate_1.gcode --phone --scene black-on-gold --pressure-advance 0.05 "
+              "--seed 5011 --size 4032x3024 -o test.jpg"}) {
+          ASSERT_THAT(test::RunTrammel(command, folder()), Ends(0)) << command;
+        }
+      }
       const test::CommandResult run = test::RunTrammel(line.substr(kPrompt.size()), folder());
       EXPECT_EQ(run.exit_code, 0) << line << run.output;
       printed += run.standard_output;

@@ -204,9 +204,8 @@ std::vector<vision::PointPx> OutlineOf(const pressure_advance::PhotoMeasurement&
   return outline;
 }
 
-}  // namespace
-
-AnalysisRun AnalyseCorners(const std::string& file, const pressure_advance::ChevronView& view,
+// Measures corners by the plan's values.
+AnalysisRun MeasureCorners(const std::string& file, const ChevronView& view,
                            const PhotoPlan& plan) {
   if (!view.problem.empty()) return RefusedRun(fmt::format("{}: {}", file, view.problem));
   const std::vector<double>& values_s = plan.pressure_advance_s;
@@ -233,8 +232,6 @@ AnalysisRun AnalyseCorners(const std::string& file, const pressure_advance::Chev
   run.photo = PictureOf(view, values_s);
   return run;
 }
-
-namespace {
 
 std::string RangeText(const std::vector<double>& values_s) {
   return fmt::format("{:.4g} to {:.4g} s", values_s.front(), values_s.back());
@@ -273,8 +270,10 @@ bool WantsNumbers(const PhotoPlan& plan, std::size_t candidates) {
   return plan.pressure_advance_s.empty() || plan.pressure_advance_s.size() == candidates;
 }
 
-AnalysisRun AnalyseCornersIn(const Frame& picture, const std::string& file, const ChevronView& view,
-                             PhotoPlan plan) {
+}  // namespace
+
+AnalysisRun AnalyseCorners(const Frame& picture, const std::string& file, const ChevronView& view,
+                           PhotoPlan plan) {
   std::vector<std::string> notices;
   AnalysisRun run;
   std::string fault;
@@ -283,13 +282,15 @@ AnalysisRun AnalyseCornersIn(const Frame& picture, const std::string& file, cons
     fault =
         TakeNumbers(ReadLabels(picture.view(), view, plan.pressure_advance_s), true, plan, notices);
   }
-  run = fault.empty() ? AnalyseCorners(file, view, plan)
+  run = fault.empty() ? MeasureCorners(file, view, plan)
                       : RefusedRun(fmt::format("{}: {}", file, fault));
   if (!run.photo) run.refused = Kept(picture, OutlineOf(view));
   if (numbered) run.printed_s = plan.pressure_advance_s;
   run.analysis.notices.insert(run.analysis.notices.end(), notices.begin(), notices.end());
   return run;
 }
+
+namespace {
 
 pressure_advance::PhotoOptions OptionsOf(const PhotoPlan& plan) {
   pressure_advance::PhotoOptions options;
@@ -304,14 +305,17 @@ pressure_advance::PhotoOptions OptionsOf(const PhotoPlan& plan) {
   return options;
 }
 
-// Measures the lines of another tool's pattern, named by the plan or by their numbers.
-pressure_advance::PhotoMeasurement MeasureNumbered(const Frame& picture, PhotoPlan& plan,
+// Measures lines that are named by the plan or by their numbers.
+// @param photo  of which `picture` is reduced
+pressure_advance::PhotoMeasurement MeasureNumbered(const Frame& photo, const Frame& picture,
+                                                   PhotoPlan& plan,
                                                    std::vector<std::string>& notices) {
   pressure_advance::PhotoOptions options = OptionsOf(plan);
-  constexpr std::size_t kUsualLines = 50;  // sets the size at which unknown ones are searched
-  if (options.pressure_advance_s.empty()) options.pressure_advance_s.resize(kUsualLines);
+  // Sets the size at which unknown ones are searched: OrcaSlicer's PA Line prints 51.
+  constexpr std::size_t kMostUsual = 51;
+  if (options.pressure_advance_s.empty()) options.pressure_advance_s.resize(kMostUsual);
   pressure_advance::PhotoMeasurement seen;
-  seen.refusal = CheckPhotoInput(picture.view(), options);
+  seen.refusal = CheckPhotoInput(photo.view(), options);
   if (!seen.refusal.empty()) return seen;
   pressure_advance::PhotoLines lines = FindPhotoLines(picture.view(), options);
   if (lines.problem.empty() && WantsNumbers(plan, pressure_advance::PlacesOf(lines.line_pattern))) {
@@ -342,16 +346,14 @@ Result<AnalysisRun> AnalysePhoto(const std::filesystem::path& file, const PhotoP
     const auto view = pressure_advance::ViewChevrons(picture.view());
     // Arms of chevrons are not read as lines.
     if (given.form == PatternForm::kCorners || view.found.count > 0) {
-      return AnalyseCornersIn(picture, file.string(), view, given);
+      return AnalyseCorners(picture, file.string(), view, given);
     }
   }
   PhotoPlan plan = given;
   const bool numbered = plan.pressure_advance_s.empty();
   if (numbered) plan.framed = false;
   std::vector<std::string> notices;
-  pressure_advance::PhotoMeasurement seen = plan.framed
-                                                ? MeasurePhoto(picture.view(), OptionsOf(plan))
-                                                : MeasureNumbered(picture, plan, notices);
+  pressure_advance::PhotoMeasurement seen = MeasureNumbered(photo, picture, plan, notices);
   if (!seen.refusal.empty()) {
     AnalysisRun run = RefusedRun(fmt::format("{}: {}", file.string(), seen.refusal));
     run.refused = Kept(picture, OutlineOf(seen, picture));

@@ -68,11 +68,11 @@ struct PhotoPlan {
 [[nodiscard]] Result<AnalysisRun> AnalysePhoto(const std::filesystem::path& file,
                                                const PhotoPlan& plan);
 
-/// Measures the corners of a photo; refused where there are none, without `photo`.
-/// @param file  named in messages
-[[nodiscard]] AnalysisRun AnalyseCorners(const std::string& file,
-                                         const pressure_advance::ChevronView& view,
-                                         const PhotoPlan& plan);
+/// Does the same for the corners in a picture; refused where there are none.
+/// @param picture  in which `view` was found
+/// @param file     named in messages
+[[nodiscard]] AnalysisRun AnalyseCorners(const Frame& picture, const std::string& file,
+                                         const pressure_advance::ChevronView& view, PhotoPlan plan);
 
 // Output of a finished analysis on the terminal and on disk.
 

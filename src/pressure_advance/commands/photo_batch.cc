@@ -87,9 +87,9 @@ struct Row {
   AnalysisRun run;
 };
 
-Row Measure(const std::string& photo, const ChevronView& view, const SlicerPattern& pattern,
-            const std::optional<gcode::PrintedBy>& printed_by) {
-  return {&pattern, AnalyseCorners(photo, view, PhotoPlanOf(pattern, printed_by))};
+Row Measure(const Frame& picture, const std::string& photo, const ChevronView& view,
+            const SlicerPattern& pattern, const std::optional<gcode::PrintedBy>& printed_by) {
+  return {&pattern, AnalyseCorners(picture, photo, view, PhotoPlanOf(pattern, printed_by))};
 }
 
 Result<std::vector<Row>> MeasureAll(const std::vector<std::string>& photos,
@@ -110,7 +110,7 @@ Result<std::vector<Row>> MeasureAll(const std::vector<std::string>& photos,
     auto found = vision::FindChevronPatterns(picture.view(), patterns.size());
     const auto names = TRY(Named(found, patterns));
     for (std::size_t i = 0; i < found.size(); ++i) {
-      rows.push_back(Measure(photos.front(),
+      rows.push_back(Measure(picture, photos.front(),
                              pressure_advance::ViewChevrons(picture.view(), found[i]),
                              patterns[names[i]], print.printed_by));
     }
@@ -118,9 +118,12 @@ Result<std::vector<Row>> MeasureAll(const std::vector<std::string>& photos,
     return rows;
   }
   for (std::size_t i = 0; i < photos.size(); ++i) {
-    const Frame picture = TRY(machine::ReadPhotoFile(photos[i]));
-    rows.push_back(Measure(photos[i], pressure_advance::ViewChevrons(picture.view()), patterns[i],
-                           print.printed_by));
+    const Frame whole = TRY(machine::ReadPhotoFile(photos[i]));
+    double scale = 1;
+    const Frame picture = vision::ShrinkToFit(whole.view(), pressure_advance::kLongestMeasured_px,
+                                              pressure_advance::kMaxMeasured_px, scale);
+    rows.push_back(Measure(picture, photos[i], pressure_advance::ViewChevrons(picture.view()),
+                           patterns[i], print.printed_by));
   }
   return rows;
 }
@@ -218,8 +221,7 @@ Result<int> RunPhotoBatch(const std::vector<std::string>& photos, const files::S
   } else {
     for (const Row& row : rows) Print(row);
     if (table) {
-      constexpr double kFilamentDiameter_mm = 1.75;
-      PrintTable(*table, kFilamentDiameter_mm);
+      PrintTable(*table, print.filament_mm);
       const auto adaptive = pressure_advance::AdaptiveRows(*table);
       if (!adaptive.empty()) {
         fmt::print("OrcaSlicer, adaptive pressure advance (PA, flow, acceleration):\n{}\n",

@@ -37,7 +37,7 @@ Result<std::unique_ptr<zip_t, Discard>> Open(std::string_view bytes, const std::
 
 // Unpacks an entry. The size that the archive states for it may be wrong.
 Result<std::string> Unpack(zip_t* archive, zip_uint64_t index, const std::string& file,
-                           std::size_t max_bytes) {
+                           std::size_t left_bytes, std::size_t max_bytes) {
   const std::unique_ptr<zip_file_t, Discard> entry(zip_fopen_index(archive, index, 0));
   if (!entry) return Damaged(file, zip_strerror(archive));
   constexpr std::size_t kPiece = std::size_t{1} << 16;
@@ -49,9 +49,10 @@ Result<std::string> Unpack(zip_t* archive, zip_uint64_t index, const std::string
     if (read < 0) return Damaged(file, zip_file_strerror(entry.get()));
     text.resize(before + static_cast<std::size_t>(read));
     if (read == 0) return text;
-    if (text.size() > max_bytes) {
-      return Fail(fmt::format("{}: its G-code is larger than {} bytes, which no pattern needs",
-                              file, max_bytes));
+    if (text.size() > left_bytes) {
+      return Fail(fmt::format(
+          "{}: the plates up to it are larger than {} bytes: export the pattern's plate alone",
+          file, max_bytes));
     }
   }
 }
@@ -85,10 +86,11 @@ Result<std::vector<std::string>> ReadGcodeArchive(std::string_view bytes, const 
   std::ranges::sort(plates, {},
                     [](const auto& plate) { return std::pair(plate.first.size(), plate.first); });
   std::vector<std::string> texts;
+  std::size_t left_bytes = max_bytes;
   for (const auto& [name, index] : plates) {
     const std::string plate = fmt::format("{}, {}", file, name);
-    texts.push_back(TRY(Unpack(archive.get(), index, plate, max_bytes)));
-    max_bytes -= texts.back().size();
+    texts.push_back(TRY(Unpack(archive.get(), index, plate, left_bytes, max_bytes)));
+    left_bytes -= texts.back().size();
   }
   return texts;
 }

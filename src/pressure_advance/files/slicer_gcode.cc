@@ -7,6 +7,7 @@
 #include <charconv>
 #include <cmath>
 #include <cstdint>
+#include <iterator>
 #include <map>
 #include <numbers>
 #include <utility>
@@ -18,7 +19,7 @@
 namespace trammel::files {
 namespace {
 
-constexpr std::size_t kMaxMoves = 4'000'000;  // 64 bytes each
+constexpr std::size_t kMaxMoves = 4'000'000;  // 80 bytes each
 constexpr std::size_t kMaxCandidates = 2000;
 
 // Straight extrusion with the state in which it was commanded.
@@ -94,7 +95,8 @@ struct Reader {
   double acceleration_mm_s2 = 0;
   double pressure_advance_s = 0;
   bool known = false;
-  double smooth_time_s = 0.04;  // Klipper's default
+  double smooth_time_s = 0.04;  // default of Klipper and of Prusa's firmware
+  bool prusa = false;
   bool smooth_time_changes = false;
   double filament_mm = 1.75;  // diameter; the usual one where the file has none
   std::optional<gcode::PrintedBy> printed_by;
@@ -163,7 +165,13 @@ void Reader::Do(const Command& command) {
     if (drive && *drive >= 0 && *drive <= 31) {  // as PatternConfig::extruder_drive
       by = gcode::PrintedBy{gcode::Dialect::kRepRapFirmware, static_cast<int>(*drive)};
     }
+    if (const auto smooth = command.Find("W")) {  // Prusa's alone
+      prusa = true;
+      smooth_time_s = *smooth;
+    }
     SetAdvance(command.Find("S"), by);
+  } else if (name == "M862.3") {  // checks the model, of Prusa's
+    prusa = true;
   } else if (name == "M204") {
     const auto both = command.Find("S");
     acceleration_mm_s2 = command.Find("P").value_or(both.value_or(acceleration_mm_s2));
@@ -331,6 +339,12 @@ std::vector<Row> Rows(std::vector<Candidate> candidates, PatternForm form) {
   return rows;
 }
 
+// Returns the firmware: M572 without a drive is Prusa's, where other commands are.
+std::optional<gcode::PrintedBy> PrinterOf(const Reader& reader) {
+  if (!reader.printed_by && reader.prusa) return gcode::PrintedBy{gcode::Dialect::kPrusa, 0};
+  return reader.printed_by;
+}
+
 SlicerPattern PatternOf(const Row& row, PatternForm form, const std::vector<double>& heights,
                         const Reader& reader) {
   SlicerPattern pattern;
@@ -347,8 +361,10 @@ SlicerPattern PatternOf(const Row& row, PatternForm form, const std::vector<doub
   pattern.flow_mm3_s =
       one.filament_mm_s * std::numbers::pi * reader.filament_mm * reader.filament_mm / 4;
   if (one.acceleration_mm_s2 > 0) pattern.acceleration_mm_s2 = one.acceleration_mm_s2;
-  const auto& by = reader.printed_by;
-  if (by && by->dialect == gcode::Dialect::kKlipper) pattern.smooth_time_s = reader.smooth_time_s;
+  const auto by = PrinterOf(reader);
+  if (by && (by->dialect == gcode::Dialect::kKlipper || by->dialect == gcode::Dialect::kPrusa)) {
+    pattern.smooth_time_s = reader.smooth_time_s;
+  }
   if (form == PatternForm::kCorners) pattern.heading_rad = std::atan2(one.dy, one.dx);
   if (form == PatternForm::kLines) {
     pattern.to_and_fro = std::any_of(row.begin(), row.end(), [&](const Candidate& line) {
@@ -451,7 +467,8 @@ Result<SlicerPrint> FindSlicerPatterns(std::string_view gcode, const std::string
   }
   SlicerPrint print;
   std::vector<double> heights_of;  // z of each pattern
-  print.printed_by = reader.printed_by;
+  print.printed_by = PrinterOf(reader);
+  print.filament_mm = reader.filament_mm;
   for (const PatternForm form : {PatternForm::kLines, PatternForm::kCorners}) {
     const auto& candidates = form == PatternForm::kLines ? lines : chevrons;
     const std::vector<double> heights = HeightsOf(candidates);
@@ -486,16 +503,17 @@ namespace {
 
 // Joins the patterns of all plates; a plate of the archive may hold other things.
 Result<SlicerPrint> FindOnPlates(const std::vector<std::string>& plates, const std::string& file) {
-  std::optional<SlicerPrint> all;
-  Result<SlicerPrint> last = SlicerPrint{};
-  for (const std::string& plate : plates) {
-    last = FindSlicerPatterns(plate, file);
-    if (!last) continue;
-    if (!all) all = SlicerPrint{{}, last->printed_by};
-    all->patterns.insert(all->patterns.end(), last->patterns.begin(), last->patterns.end());
+  Result<SlicerPrint> all = FindSlicerPatterns(plates.front(), file);
+  for (std::size_t i = 1; i < plates.size(); ++i) {
+    Result<SlicerPrint> plate = FindSlicerPatterns(plates[i], file);
+    if (!plate) continue;
+    if (!all) {
+      all = std::move(plate);
+    } else {
+      std::ranges::move(plate->patterns, std::back_inserter(all->patterns));
+    }
   }
-  if (!all) return last;
-  return *std::move(all);
+  return all;
 }
 
 }  // namespace
@@ -506,11 +524,15 @@ Result<SlicerPrint> ReadSlicerGcode(const std::filesystem::path& file) {
     return FindOnPlates(TRY(ReadGcodeArchive(text, file.string(), kLargestSlicerGcode)),
                         file.string());
   }
+  if (text.empty()) return Fail(fmt::format("{}: is empty: export it again", file.string()));
   if (text.starts_with("GCDE")) {
     return Fail(fmt::format(
         "{}: is binary G-code, which is not read: turn it off in PrusaSlicer (Printer Settings, "
         "General, Supports binary G-code) and export the file again",
         file.string()));
+  }
+  if (text.find('\0') != std::string::npos) {
+    return Fail(fmt::format("{}: is no G-code but a binary file", file.string()));
   }
   return FindSlicerPatterns(text, file.string());
 }

@@ -26,7 +26,7 @@ struct SlicerPattern {
   bool to_and_fro = false;                          ///< lines are not printed in one direction
   double speed_mm_s = 0;                            ///< of chevrons
   std::optional<double> acceleration_mm_s2;         ///< absent: the file sets none
-  double smooth_time_s = 0;                         ///< of Klipper's pressure advance; 0: none
+  double smooth_time_s = 0;                         ///< of Klipper's and Prusa's; 0: none
   std::optional<double> layer_height_mm;
   double flow_mm3_s = 0;  ///< volume of filament over time, at the (fast) speed; of 1.75 mm
                           ///< filament where the file's settings have no filament_diameter
@@ -39,6 +39,7 @@ struct SlicerPrint {
   std::vector<SlicerPattern> patterns;  ///< left to right, then front to back
   /// Absent where the commands do not say: M572 S without D is RepRapFirmware's or Prusa's.
   std::optional<gcode::PrintedBy> printed_by;
+  double filament_mm = 1.75;  ///< diameter; the usual one where the settings have none
 };
 
 /// Largest file that is read: a plate full of patterns with all comments has 30 MB.

@@ -127,6 +127,7 @@ TEST(SlicerGcode, TheCommandsTellTheFirmwareOrLeaveItOpen) {
       {"M900 K", " L1000 M10", gcode::PrintedBy{gcode::Dialect::kBambu, 0}},
       {"M572 D1 S", "", gcode::PrintedBy{gcode::Dialect::kRepRapFirmware, 1}},
       {"M572 S", "", std::nullopt},
+      {"M572 W0.03 S", "", gcode::PrintedBy{gcode::Dialect::kPrusa, 0}},
   };
   for (const Row& row : rows) {
     std::string gcode = Chevrons(60, 40, 120);
@@ -210,6 +211,8 @@ TEST(SlicerGcode, RefusesArchivesWithoutAPattern) {
       {other, "no nested corners"},
       {write("half.3mf", bytes.substr(0, bytes.size() / 2)), "not a whole archive"},
       {write("binary.bgcode", "GCDE\x01"), "binary G-code"},
+      {write("empty.gcode", ""), "is empty"},
+      {write("photo.gcode", std::string("\xff\xd8\0", 3)), "is no G-code"},
   };
   for (const auto& [path, words] : rows) {
     const auto print = ReadSlicerGcode(path);
@@ -228,7 +231,8 @@ TEST(SlicerGcode, UnpacksNoMoreThanTheLimit) {
   EXPECT_TRUE(ReadGcodeArchive(bytes, "large.3mf", 120'000).has_value());
   const auto texts = ReadGcodeArchive(bytes, "large.3mf", 119'999);
   ASSERT_FALSE(texts.has_value());
-  EXPECT_THAT(texts.error().message, HasSubstr("large.3mf, plate_2.gcode: its G-code is larger"));
+  EXPECT_THAT(texts.error().message,
+              HasSubstr("large.3mf, plate_2.gcode: the plates up to it are larger than 119999"));
 }
 
 }  // namespace

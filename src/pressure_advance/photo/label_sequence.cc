@@ -345,6 +345,12 @@ SequenceReading ReadSequence(const BgrView& photo, const std::vector<LabelPlaces
   // Tuned on virtual prints, seeds 310000 to 310999.
   constexpr double kLeastScore = 30, kLeastLead = 15;
   SequenceReading result;
+  // OrcaSlicer prints 51 lines on a usual bed; memory grows with the number.
+  constexpr std::size_t kMostCandidates = 120;
+  if (candidates > kMostCandidates) {
+    result.problem = fmt::format("{} lines are more than {}", candidates, kMostCandidates);
+    return result;
+  }
   const PhotoLabels labels = SearchPlaces(photo, all, candidates);
   result.problem = labels.problem;
   if (!labels.reading) return result;
@@ -363,7 +369,7 @@ SequenceReading ReadSequence(const BgrView& photo, const std::vector<LabelPlaces
   result.problem = Contradiction(*labels.row, *labels.places, best);
   if (!result.problem.empty()) return result;
   if (given_s.size() == candidates && MayBe(labels, given_s, kLeastLead)) {
-    result.problem = "they are the given values, or look like them";
+    result.as_given = true;
     return result;
   }
   result.places = static_cast<std::size_t>(labels.places - all.data());

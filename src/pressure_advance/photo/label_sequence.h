@@ -32,7 +32,8 @@ struct LabelPlaces {
 /// Values that the labels show.
 struct SequenceReading {
   std::vector<double> values_s;  ///< of all candidates; empty: not read
-  std::string problem;           ///< why they were not read; empty if they were
+  std::string problem;           ///< why they were not read; empty if they were, or are as given
+  bool as_given = false;         ///< the labels show the given values, or look like them
   double lead = 0;               ///< logarithmic likelihood over that of the next best sequence
   std::size_t places = 0;        ///< index of the way in which the labels lie
 };
@@ -42,9 +43,8 @@ struct SequenceReading {
 /// A sequence counts if it leads clearly over all others, if two of three labels are seen, and if
 /// no digit looks clearly like another one.
 /// @param all  each way with one label per second candidate
-/// @param given_s  values that are preferred: nothing is read unless the labels contradict them;
-/// may
-///     be empty
+/// @param given_s  values that are preferred: nothing is read unless the labels contradict them.
+///     May be empty.
 /// REQUIRES candidates >= 4.
 [[nodiscard]] SequenceReading ReadSequence(const BgrView& photo,
                                            const std::vector<LabelPlaces>& all,

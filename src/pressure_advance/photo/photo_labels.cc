@@ -1,6 +1,7 @@
 #include "pressure_advance/photo/photo_labels.h"
 
 #include <algorithm>
+#include <functional>
 #include <utility>
 
 #include "pressure_advance/photo/label_sequence.h"
@@ -24,10 +25,19 @@ LabelReading Taken(const SequenceReading& reading) {
   return result;
 }
 
-// Labels beside lines, upright or upside down in the rectified picture.
+// Reads the labels as they are seen, else as in a mirrored photo.
+LabelReading ReadEither(const std::function<SequenceReading(bool mirrored)>& read) {
+  const SequenceReading seen = read(false);
+  if (!seen.values_s.empty() || seen.as_given) return Taken(seen);
+  const SequenceReading mirrored = read(true);
+  return Taken(!mirrored.values_s.empty() || mirrored.as_given ? mirrored : seen);
+}
+
+// Labels beside lines in the rectified picture.
 struct LinePlaces {
   LabelPlaces places;
-  bool turned = false;
+  bool at_right = true;         // the lines end there
+  bool first_at_bottom = true;  // line
 };
 
 // Tool that prints lines, and its labels: places from the lines' ends, middles below the lines.
@@ -53,8 +63,9 @@ std::vector<vision::PointPx> EndsAt(const vision::LinePattern& pattern, const vi
   return ends;
 }
 
-// Lists the ways in which the labels of all tools may lie beside these lines.
-std::vector<LinePlaces> WaysOf(const PhotoLines& lines) {
+// Lists the ways in which the labels of all tools may lie beside these lines: upright and upside
+// down.
+std::vector<LinePlaces> WaysOf(const PhotoLines& lines, bool mirrored) {
   const vision::LinePattern& pattern = lines.line_pattern;
   const double w = lines.picture.width - 1.0, h = lines.picture.height - 1.0;
   const auto photo_from_picture =
@@ -70,19 +81,20 @@ std::vector<LinePlaces> WaysOf(const PhotoLines& lines) {
     const double mm_y = pattern.pitch_px / tool.pitch_mm;
     constexpr double kSquare = 1.2;  // the rectified picture has about square px
     if (!(mm_x / mm_y < kSquare && mm_y / mm_x < kSquare)) continue;
-    for (const bool turned : {false, true}) {
+    for (const bool at_right : {true, false}) {
       LinePlaces way;
-      way.turned = turned;
+      way.at_right = at_right;
+      way.first_at_bottom = at_right != mirrored;
       way.places.formats = tool.formats;
       way.places.along_mm = 1.6;  // ends, bars and tabs differ
-      const double sign = turned ? -1 : 1;
-      auto ends = EndsAt(pattern, turned ? pattern.left_inner : pattern.right_inner, w / 2);
-      if (!turned) std::reverse(ends.begin(), ends.end());
+      const double along = at_right ? 1 : -1, up = way.first_at_bottom ? 1 : -1;
+      auto ends = EndsAt(pattern, at_right ? pattern.right_inner : pattern.left_inner, w / 2);
+      if (way.first_at_bottom) std::reverse(ends.begin(), ends.end());
       for (std::size_t k = 0; k < ends.size(); k += 2) {
         constexpr double kHalfCell_mm = 2;
         const Homography picture_from_label{
-            {sign * mm_x, 0, ends[k].x + sign * mm_x * tool.along_mm, 0, -sign * mm_y,
-             ends[k].y + sign * mm_y * (kHalfCell_mm + tool.below_mm), 0, 0, 1}};
+            {along * mm_x, 0, ends[k].x + along * mm_x * tool.along_mm, 0, -up * mm_y,
+             ends[k].y + up * mm_y * (kHalfCell_mm + tool.below_mm), 0, 0, 1}};
         way.places.photo_from_label.push_back(
             vision::Product(*photo_from_picture, picture_from_label));
       }
@@ -102,46 +114,52 @@ LabelReading ReadLabels(const BgrView& photo, const ChevronView& view,
   // 1.25 mm above the tab's edge, and the cell's middle is beside the arm's end.
   constexpr double kArmsEnd_mm = 21.213, kTextFrom_mm = 22.98, kHalfCell_mm = 2;
   const double s = 1 / spacing_mm;
-  LabelPlaces places;
-  places.formats = {kEllisFormat, kOrcaFormat};
-  for (std::size_t k = 0; k < count; k += 2) {
-    const Homography plane_from_label{{0, -s,
-                                       static_cast<double>(k) - s * (kArmsEnd_mm - kHalfCell_mm),
-                                       -s, 0, -s * kTextFrom_mm, 0, 0, 1}};
-    places.photo_from_label.push_back(
-        vision::Product(view.found.photo_from_plane, plane_from_label));
-  }
-  return Taken(ReadSequence(photo, {places}, count, given_s));
+  return ReadEither([&](bool mirrored) {
+    const double up = mirrored ? -s : s;  // the tab lies at the other side
+    LabelPlaces places;
+    places.formats = {kEllisFormat, kOrcaFormat};
+    for (std::size_t k = 0; k < count; k += 2) {
+      const Homography plane_from_label{{0, -s,
+                                         static_cast<double>(k) - s * (kArmsEnd_mm - kHalfCell_mm),
+                                         -up, 0, -up * kTextFrom_mm, 0, 0, 1}};
+      places.photo_from_label.push_back(
+          vision::Product(view.found.photo_from_plane, plane_from_label));
+    }
+    return ReadSequence(photo, {places}, count, given_s);
+  });
 }
 
 LabelReading ReadLabels(const BgrView& photo, const PhotoLines& lines,
                         const std::vector<double>& given_s) {
-  LabelReading result;
   const std::size_t candidates = PlacesOf(lines.line_pattern);
-  const std::vector<LinePlaces> ways = WaysOf(lines);
-  if (candidates < 4 || ways.empty()) {
-    result.problem = "the lines' length and distance are of none of the tools that print numbers";
-    return result;
+  if (candidates < 4 || WaysOf(lines, false).empty()) {
+    LabelReading none;
+    none.problem = "the lines' length and distance are of none of the tools that print numbers";
+    return none;
   }
   double scale = 1;
   const Frame seen = vision::ShrinkToFit(photo, kLongestMeasured_px, kMaxMeasured_px, scale);
   const double shift = (scale - 1) / 2;
-  std::vector<LabelPlaces> all;
-  for (const LinePlaces& way : ways) {
-    LabelPlaces& places = all.emplace_back(way.places);
-    for (Homography& place : places.photo_from_label) {
-      place = vision::Product({{scale, 0, shift, 0, scale, shift, 0, 0, 1}}, place);
+  LinePlaces lie;
+  LabelReading result = ReadEither([&](bool mirrored) {
+    const std::vector<LinePlaces> ways = WaysOf(lines, mirrored);
+    std::vector<LabelPlaces> all;
+    for (const LinePlaces& way : ways) {
+      LabelPlaces& places = all.emplace_back(way.places);
+      for (Homography& place : places.photo_from_label) {
+        place = vision::Product({{scale, 0, shift, 0, scale, shift, 0, 0, 1}}, place);
+      }
     }
-  }
-  const SequenceReading reading = ReadSequence(seen.view(), all, candidates, given_s);
-  result = Taken(reading);
+    const SequenceReading reading = ReadSequence(seen.view(), all, candidates, given_s);
+    lie = ways[reading.places];
+    return reading;
+  });
   if (result.pressure_advance_s.empty()) return result;
   const vision::Quad& c = lines.corners;  // top left, top right, bottom right, bottom left
   const PhotoSide down = SideTowards(HeadingBetween(c[0], c[1], c[3], c[2]));
   const PhotoSide right = SideTowards(HeadingBetween(c[0], c[3], c[1], c[2]));
-  const bool turned = ways[reading.places].turned;
-  result.from = turned ? Opposite(down) : down;
-  result.start = turned ? right : Opposite(right);
+  result.from = lie.first_at_bottom ? down : Opposite(down);
+  result.start = lie.at_right ? Opposite(right) : right;
   return result;
 }
 

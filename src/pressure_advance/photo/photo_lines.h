@@ -27,7 +27,7 @@ struct PhotoLines {
 /// Without PhotoOptions::framed, searches equally spaced lines that end side by side.
 /// @param options  with at least 2 values: the number of lines expected; another number is found
 /// and
-///                 reported as well.
+///     reported as well.
 /// REQUIRES a photo of at least 16 px each way.
 [[nodiscard]] PhotoLines FindPhotoLines(const BgrView& photo, const PhotoOptions& options);
 

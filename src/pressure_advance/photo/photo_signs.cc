@@ -24,6 +24,7 @@ class Plane {
       : contrast_(contrast), pattern_(pattern) {
     const double middle = contrast.height / 2.0;
     length_px_ = pattern.right_inner(middle) - pattern.left_inner(middle);
+    if (!(length_px_ > 0)) return;  // bars that cross: nothing is seen
     std::vector<double> rises;
     for (std::size_t i = 0; i + 1 < pattern.rungs.size(); ++i) {
       if (pattern.steps[i] != 1) continue;
@@ -216,7 +217,7 @@ std::optional<bool> LastByBars(const Plane& plane, const Bars& bars) {
   return last;
 }
 
-// Share of filament in the place of numbers beside an end, between two heights about a line.
+// Share of filament in the place of numbers beside an end, at the height of a line.
 double FilledBeside(const Plane& plane, bool right, std::size_t rung) {
   constexpr double kFrom_mm = 1.5, kTo_mm = 9.5, kHigh = 0.33, kFilled = 0.5;
   const LinePattern& pattern = plane.pattern();
