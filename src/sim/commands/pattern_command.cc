@@ -105,7 +105,8 @@ Result<void> WritePattern(const SimPatternArguments& arguments) {
   TRY(ReadList("--speeds", arguments.speeds, options.speeds_mm_s));
   TRY(ReadList("--accelerations", arguments.accelerations, options.accelerations_mm_s2));
   for (const std::string& text : arguments.settings) {
-    if (!TRY(sim::SetNamed(kPatternNumbers, TRY(sim::ParseNamedValue("--set", text)), options))) {
+    const auto named = TRY(sim::ParseNamedValue("--set", text));
+    if (!TRY(sim::SetNamed(kPatternNumbers, named, options))) {
       return sim::NoSuchName("--set", text, sim::NamesOf(kPatternNumbers));
     }
   }

@@ -170,7 +170,8 @@ Result<sim::PhotoTraits> TraitsOf(const PhotoArguments& arguments, const sim::Ph
   traits.width_px = size.width_px;
   traits.height_px = size.height_px;
   for (const std::string& text : arguments.settings) {
-    if (!TRY(sim::SetNamed(sim::kPhotoNumbers, TRY(sim::ParseNamedValue("--set", text)), traits))) {
+    const auto named = TRY(sim::ParseNamedValue("--set", text));
+    if (!TRY(sim::SetNamed(sim::kPhotoNumbers, named, traits))) {
       return sim::NoSuchName("--set", text, sim::NamesOf(sim::kPhotoNumbers));
     }
   }
