@@ -20,9 +20,13 @@ constexpr std::size_t kFewestCorners = 6;
 // with its author's choice, -0.03 to -0.13 mm on virtual ones (seeds 330000 to 330010).
 constexpr double kShape_mm = -0.05;
 constexpr double kShapeSigma_mm = 0.06;
+// 1 sigma of the value itself: where a corner's surplus goes depends on speed, acceleration and
+// filament. 24 virtual answers lay 5 ms rms beside the right value, one by 17 ms (seeds 331000 to
+// 331015 and 850000 to 850015).
+constexpr double kModel_s = 0.004;
 constexpr double kUnknownMotion_s = 0.003;  // of the window, without speed and acceleration
 constexpr double kMinSignificance = 5;      // of the slope, as for lines
-constexpr double kWidest = 0.15;            // half of the interval, as a part of the tested range
+constexpr double kWidest = 0.2;             // half of the interval, as a part of the tested range
 
 // A corner's gap cannot become emptier than empty: flatter beyond the answer.
 const signal::ZeroCrossingOptions kOptions{
@@ -96,7 +100,8 @@ RangedAnswer Judge(const signal::ZeroCrossing& fit, const CornerMotion& motion,
   const double lines = std::hypot(fit.zero_sigma, fit.bend_shift);
   const double unknown = motion.speed_mm_s && motion.acceleration_mm_s2 ? 0 : kUnknownMotion_s;
   const double shape = kShapeSigma_mm / fit.slope;
-  const double sigma = std::sqrt(lines * lines + unknown * unknown + shape * shape);
+  const double sigma =
+      std::sqrt(lines * lines + unknown * unknown + shape * shape + kModel_s * kModel_s);
   const double freedom = std::max(1.0, fit.points - 3);
   const double ratio = sigma * sigma / std::max(1e-12, lines * lines);
   const double half = StudentT95(freedom * ratio * ratio) * sigma;
