@@ -16,6 +16,7 @@
 
 #include "base/random.h"
 #include "files/new_file.h"
+#include "pressure_advance/commands/photo_analysis.h"
 #include "pressure_advance/commands/photo_batch.h"
 #include "pressure_advance/files/slicer_gcode.h"
 #include "sim/photo/photo.h"

@@ -20,7 +20,7 @@
 #include <vector>
 
 #include "base/random.h"
-#include "pressure_advance/commands/analysis_run.h"
+#include "pressure_advance/commands/photo_analysis.h"
 #include "pressure_advance/response/response.h"
 #include "support/analyze_result.h"
 #include "support/matchers.h"

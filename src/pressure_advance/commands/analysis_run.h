@@ -8,14 +8,10 @@
 
 #include "app/output_files.h"
 #include "base/result.h"
-#include "pressure_advance/pattern/pattern_config.h"
-#include "pressure_advance/photo/chevron_reader.h"
-#include "pressure_advance/photo/photo_reader.h"
 #include "pressure_advance/profile/analysis.h"
 #include "pressure_advance/profile/line_profile.h"
 #include "pressure_advance/recording/scan.h"
 #include "pressure_advance/report/pressure_advance_figures.h"
-#include "pressure_advance/response/corner_response.h"
 
 namespace trammel::app {
 
@@ -32,47 +28,15 @@ struct FlowReference {
   double ratio = 1;  ///< 0.2 … 5: right for that print's filament
 };
 
+/// Returns an analysis of nothing that could be measured.
+[[nodiscard]] AnalysisRun RefusedRun(const std::string& reason);
+
 /// Analyses a recorded laser scan. If the recording lacks data that its scan.json promises (a
 /// missing, empty or broken video), the analysis is refused; an unusable scan.json is an error.
 /// @param reference  for the flow ratio. Errors (kInput): it cannot be read, has no flow ratio's
 ///     areas, or was scanned with another scale or laser angle.
 [[nodiscard]] Result<AnalysisRun> AnalyseRecording(
     const std::filesystem::path& folder, const std::optional<FlowReference>& reference = {});
-
-using pressure_advance::PatternForm;
-
-/// Facts that a photo does not show.
-struct PhotoPlan {
-  std::optional<PatternForm> form;                   ///< absent: found
-  std::vector<double> pressure_advance_s;            ///< per line, from the first line's side;
-                                                     ///< empty: by the printed numbers
-  std::optional<pressure_advance::PhotoSide> from;   ///< absent: found
-  std::optional<pressure_advance::PhotoSide> start;  ///< printed start; absent: detected
-  bool corner_mark = false;                          ///< PhotoOptions::corner_mark
-  bool framed = true;                                ///< PhotoOptions::framed
-  bool to_and_fro = false;                           ///< lines in both directions: refused
-  std::optional<double> length_pitches = {};         ///< PhotoOptions::length_pitches
-  std::optional<double> length_mm = {};              ///< of a line; absent: not known
-  std::optional<double> acceleration_mm_s2 = {};     ///< on lines; absent: not known
-  std::optional<gcode::PrintedBy> printed_by = {};   ///< absent: not known
-  std::vector<pressure_advance::Segment> segments =
-      pressure_advance::PhotoSegments();       ///< of lines
-  pressure_advance::CornerMotion motion = {};  ///< of corners
-  std::optional<double> spacing_mm = {};       ///< between corners; absent: that of the usual tools
-};
-
-/// Analyses a photo of a printed pattern (JPEG, PNG, WebP or HEIC). Without values in the plan,
-/// reads the numbers printed beside it, and says so in notices; with values of another tool's
-/// pattern, refuses numbers that clearly differ. A photo in which the pattern cannot be measured
-/// gives a refused analysis; a file that is no picture is an error.
-[[nodiscard]] Result<AnalysisRun> AnalysePhoto(const std::filesystem::path& file,
-                                               const PhotoPlan& plan);
-
-/// Does the same for the corners in a picture; refused where there are none.
-/// @param picture  in which `view` was found
-/// @param file     named in messages
-[[nodiscard]] AnalysisRun AnalyseCorners(const Frame& picture, const std::string& file,
-                                         const pressure_advance::ChevronView& view, PhotoPlan plan);
 
 // Output of a finished analysis on the terminal and on disk.
 

@@ -11,6 +11,7 @@
 #include "app/printer_session.h"
 #include "base/result.h"
 #include "pressure_advance/commands/analysis_run.h"
+#include "pressure_advance/commands/photo_analysis.h"
 #include "pressure_advance/files/plan_file.h"
 #include "pressure_advance/pattern/pattern_geometry.h"
 #include "pressure_advance/procedure/calibrate.h"

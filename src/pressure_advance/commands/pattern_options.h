@@ -10,8 +10,8 @@
 
 #include "app/config/config_file.h"
 #include "base/result.h"
-#include "pressure_advance/commands/analysis_run.h"
 #include "pressure_advance/commands/conditions_run.h"
+#include "pressure_advance/commands/photo_analysis.h"
 #include "pressure_advance/pattern/pattern_config.h"
 #include "pressure_advance/pattern/pattern_geometry.h"
 #include "pressure_advance/procedure/sweep_plan.h"

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "base/result.h"
-#include "pressure_advance/commands/analysis_run.h"
+#include "pressure_advance/commands/photo_analysis.h"
 #include "pressure_advance/files/slicer_gcode.h"
 
 namespace trammel::app {

@@ -23,6 +23,7 @@
 #include "pressure_advance/commands/calibration_run.h"
 #include "pressure_advance/commands/kept_result.h"
 #include "pressure_advance/commands/pattern_options.h"
+#include "pressure_advance/commands/photo_analysis.h"
 #include "pressure_advance/commands/photo_reading.h"
 #include "pressure_advance/commands/pressure_advance_commands.h"
 #include "pressure_advance/procedure/calibrate.h"

@@ -12,6 +12,7 @@
 
 #include "pressure_advance/commands/calibration_run.h"
 #include "pressure_advance/commands/pattern_options.h"
+#include "pressure_advance/commands/photo_analysis.h"
 #include "pressure_advance/commands/photo_batch.h"
 #include "pressure_advance/files/slicer_gcode.h"
 #include "pressure_advance/response/transitions.h"

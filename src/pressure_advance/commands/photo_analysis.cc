@@ -1,0 +1,270 @@
+#include "pressure_advance/commands/photo_analysis.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "base/statistics.h"
+#include "machine/camera/phone_picture.h"
+#include "pressure_advance/photo/photo_labels.h"
+#include "pressure_advance/photo/photo_lines.h"
+#include "pressure_advance/response/response.h"
+
+namespace trammel::app {
+
+using pressure_advance::ChevronView;
+using pressure_advance::LineMotion;
+
+namespace {
+
+// A photo shows the positions of the speed changes: nearer the truth than the plan's fractions,
+// because part of each line is under the frame.
+LineMotion MotionSeen(const PhotoPlan& plan, const pressure_advance::PhotoMeasurement& seen,
+                      std::vector<std::string>& notices) {
+  LineMotion motion;
+  motion.segments = plan.segments;
+  motion.length_mm = plan.length_mm;
+  motion.acceleration_mm_s2 = plan.acceleration_mm_s2;
+  if (!seen.segments || plan.segments.size() != 3) return motion;
+  double begin = seen.segments->fast_begin;
+  double end = seen.segments->fast_end;
+  const double planned_end = plan.segments[0].fraction + plan.segments[1].fraction;
+  constexpr double kFarFromPlan = 0.05;
+  if (std::abs(begin - plan.segments[0].fraction) > kFarFromPlan ||
+      std::abs(end - planned_end) > kFarFromPlan) {
+    notices.push_back(fmt::format(
+        "the lines change speed at {:.2f} and {:.2f} of their length, the segments say {:.2f} and "
+        "{:.2f}: what was seen is used",
+        begin, end, plan.segments[0].fraction, planned_end));
+  }
+  // A late start moves both towards the start, and ramps of a known length are no part of that.
+  if (motion.length_mm) {
+    begin = std::min(begin, plan.segments[0].fraction);
+    end = std::min(end, planned_end);
+  }
+  motion.segments[0].fraction = begin;
+  motion.segments[1].fraction = end - begin;
+  motion.segments[2].fraction = 1 - end;
+  return motion;
+}
+
+// Keeps a refused photo, reduced, for the report.
+report::RefusedPhoto Kept(const Frame& photo, std::vector<vision::PointPx> outline) {
+  constexpr int kLongest_px = 1600;
+  double scale = 1;
+  return {vision::ShrinkToFit(photo.view(), kLongest_px, double{kLongest_px} * kLongest_px, scale),
+          std::move(outline)};
+}
+
+// Returns the outline of the corners, as parts of the photo's width and height.
+std::vector<vision::PointPx> OutlineOf(const pressure_advance::ChevronView& view) {
+  std::vector<vision::PointPx> outline;
+  if (view.found.count == 0 || view.photo_width_px == 0) return outline;
+  const double last = view.found.count - 1, arm = vision::kChevronReach;
+  for (const vision::PointPx& p : {vision::PointPx{0, 0},
+                                   {-arm, arm},
+                                   {last - arm, arm},
+                                   {last, 0},
+                                   {last - arm, -arm},
+                                   {-arm, -arm}}) {
+    const vision::PointPx at = view.found.photo_from_plane(p);
+    outline.push_back({at.x / view.photo_width_px, at.y / view.photo_height_px});
+  }
+  return outline;
+}
+
+// Does the same for lines.
+std::vector<vision::PointPx> OutlineOf(const pressure_advance::PhotoMeasurement& seen,
+                                       const Frame& photo) {
+  std::vector<vision::PointPx> outline;
+  if (!seen.outline) return outline;
+  for (const vision::PointPx& p : *seen.outline) {
+    outline.push_back({p.x / photo.width, p.y / photo.height});
+  }
+  return outline;
+}
+
+// Measures corners by the plan's values.
+AnalysisRun MeasureCorners(const std::string& file, const ChevronView& view,
+                           const PhotoPlan& plan) {
+  if (!view.problem.empty()) return RefusedRun(fmt::format("{}: {}", file, view.problem));
+  const std::vector<double>& values_s = plan.pressure_advance_s;
+  const auto count = static_cast<std::size_t>(view.found.count);
+  if (count != values_s.size()) {
+    return RefusedRun(fmt::format(
+        "{}: {} corners are seen, and {} values were printed: photograph the whole pattern, or "
+        "give the values that it has",
+        file, count, values_s.size()));
+  }
+  const double spacing_mm = plan.spacing_mm.value_or(pressure_advance::SpacingOf_mm(view));
+  const double window_mm = pressure_advance::CornerWindow_mm(plan.motion);
+  const auto readings = pressure_advance::ReadChevrons(view, window_mm / spacing_mm);
+  std::vector<pressure_advance::CornerSurplus> corners;
+  for (std::size_t i = 0; i < count; ++i) {
+    const pressure_advance::ChevronReading& reading = readings[i];
+    corners.push_back(
+        {values_s[i], reading.surplus * spacing_mm, reading.sigma * spacing_mm, reading.unusable});
+  }
+  corners.back().unusable = "the last corner touches the frame";
+  AnalysisRun run;
+  run.analysis = pressure_advance::FitCorners(corners, plan.motion);
+  run.analysis.printed_by = plan.printed_by;
+  run.photo = PictureOf(view, values_s);
+  return run;
+}
+
+std::string RangeText(const std::vector<double>& values_s) {
+  return fmt::format("{:.4g} to {:.4g} s", values_s.front(), values_s.back());
+}
+
+// Takes the printed numbers into a plan without values, or compares them with its values.
+// @returns why the plan cannot be used; empty: it can
+std::string TakeNumbers(const pressure_advance::LabelReading& reading, bool corners,
+                        PhotoPlan& plan, std::vector<std::string>& notices) {
+  const std::vector<double>& read_s = reading.pressure_advance_s;
+  if (!plan.pressure_advance_s.empty()) {
+    if (read_s.size() != plan.pressure_advance_s.size()) return {};
+    return fmt::format(
+        "the numbers beside the pattern say {}, and {} were given: is it the photo of this print?",
+        RangeText(read_s), RangeText(plan.pressure_advance_s));
+  }
+  if (read_s.empty()) {
+    return fmt::format("the printed numbers cannot be read: {}", reading.problem);
+  }
+  plan.pressure_advance_s = read_s;
+  if (!plan.from) plan.from = reading.from;
+  if (!plan.start) plan.start = reading.start;
+  notices.push_back(fmt::format("the printed numbers say {} in {} steps of {:.4g} s",
+                                RangeText(read_s), read_s.size() - 1, read_s[1] - read_s[0]));
+  notices.push_back(
+      corners ? std::string("the corners' speed and acceleration are not known; --gcode tells them")
+              : fmt::format("the lines' speeds are not known: {:g} and {:g} mm/s were taken; "
+                            "--gcode tells them",
+                            plan.segments[0].speed_mm_s, plan.segments[1].speed_mm_s));
+  return {};
+}
+
+// True if the numbers beside so many candidates are to be read: for a plan without values, or to
+// compare.
+bool WantsNumbers(const PhotoPlan& plan, std::size_t candidates) {
+  return plan.pressure_advance_s.empty() || plan.pressure_advance_s.size() == candidates;
+}
+
+}  // namespace
+
+AnalysisRun AnalyseCorners(const Frame& picture, const std::string& file, const ChevronView& view,
+                           PhotoPlan plan) {
+  std::vector<std::string> notices;
+  AnalysisRun run;
+  std::string fault;
+  const bool numbered = plan.pressure_advance_s.empty();
+  if (view.problem.empty() && WantsNumbers(plan, static_cast<std::size_t>(view.found.count))) {
+    fault =
+        TakeNumbers(ReadLabels(picture.view(), view, plan.pressure_advance_s), true, plan, notices);
+  }
+  run = fault.empty() ? MeasureCorners(file, view, plan)
+                      : RefusedRun(fmt::format("{}: {}", file, fault));
+  if (!run.photo) run.refused = Kept(picture, OutlineOf(view));
+  if (numbered) run.printed_s = plan.pressure_advance_s;
+  run.analysis.notices.insert(run.analysis.notices.end(), notices.begin(), notices.end());
+  return run;
+}
+
+namespace {
+
+pressure_advance::PhotoOptions OptionsOf(const PhotoPlan& plan) {
+  pressure_advance::PhotoOptions options;
+  options.pressure_advance_s = plan.pressure_advance_s;
+  options.from = plan.from;
+  options.start = plan.start;
+  options.corner_mark = plan.corner_mark;
+  options.framed = plan.framed;
+  options.length_pitches = plan.length_pitches;
+  options.slow_before = plan.segments.front().fraction;
+  options.slow_after = plan.segments.back().fraction;
+  return options;
+}
+
+// Measures lines that are named by the plan or by their numbers.
+// @param photo  of which `picture` is reduced
+pressure_advance::PhotoMeasurement MeasureNumbered(const Frame& photo, const Frame& picture,
+                                                   PhotoPlan& plan,
+                                                   std::vector<std::string>& notices) {
+  pressure_advance::PhotoOptions options = OptionsOf(plan);
+  // Sets the size at which unknown ones are searched: OrcaSlicer's PA Line prints 51.
+  constexpr std::size_t kMostUsual = 51;
+  if (options.pressure_advance_s.empty()) options.pressure_advance_s.resize(kMostUsual);
+  pressure_advance::PhotoMeasurement seen;
+  seen.refusal = CheckPhotoInput(photo.view(), options);
+  if (!seen.refusal.empty()) return seen;
+  pressure_advance::PhotoLines lines = FindPhotoLines(picture.view(), options);
+  if (lines.problem.empty() && WantsNumbers(plan, pressure_advance::PlacesOf(lines.line_pattern))) {
+    seen.refusal = TakeNumbers(ReadLabels(picture.view(), lines, plan.pressure_advance_s), false,
+                               plan, notices);
+    if (!seen.refusal.empty()) {
+      seen.outline = lines.corners;
+      return seen;
+    }
+  }
+  return MeasurePhotoLines(std::move(lines), OptionsOf(plan));
+}
+
+}  // namespace
+
+Result<AnalysisRun> AnalysePhoto(const std::filesystem::path& file, const PhotoPlan& given) {
+  const Frame photo = TRY(machine::ReadPhotoFile(file));
+  if (given.to_and_fro) {
+    return RefusedRun(fmt::format(
+        "{}: the lines of this pattern were printed to and fro, which is not read; print them all "
+        "in one direction",
+        file.string()));
+  }
+  double scale = 1;
+  const Frame picture = vision::ShrinkToFit(photo.view(), pressure_advance::kLongestMeasured_px,
+                                            pressure_advance::kMaxMeasured_px, scale);
+  if (given.form != PatternForm::kLines) {
+    const auto view = pressure_advance::ViewChevrons(picture.view());
+    // Arms of chevrons are not read as lines.
+    if (given.form == PatternForm::kCorners || view.found.count > 0) {
+      return AnalyseCorners(picture, file.string(), view, given);
+    }
+  }
+  PhotoPlan plan = given;
+  const bool numbered = plan.pressure_advance_s.empty();
+  if (numbered) plan.framed = false;
+  std::vector<std::string> notices;
+  pressure_advance::PhotoMeasurement seen = MeasureNumbered(photo, picture, plan, notices);
+  if (!seen.refusal.empty()) {
+    AnalysisRun run = RefusedRun(fmt::format("{}: {}", file.string(), seen.refusal));
+    run.refused = Kept(picture, OutlineOf(seen, picture));
+    if (numbered) run.printed_s = plan.pressure_advance_s;
+    return run;
+  }
+  notices.insert(notices.end(), seen.notices.begin(), seen.notices.end());
+  if (!plan.from && !seen.marked && seen.first_line != pressure_advance::PhotoSide::kBottom) {
+    notices.push_back(fmt::format("the first line lies at the {} of the photo, as the lines say",
+                                  ToString(seen.first_line)));
+  }
+  const LineMotion motion = MotionSeen(plan, seen, notices);
+  AnalysisRun run;
+  run.photo = std::move(seen.view);
+  pressure_advance::ResponseOptions response;
+  response.printed_middle_s = Mean(plan.pressure_advance_s);
+  response.picture_sigma = pressure_advance::PictureSigma(seen.blur);
+  if (plan.length_mm) {
+    // Lines without a bar start late by up to a tenth of their length, and end with a blob. Of
+    // virtual photos of 80 mm lines, seeds 300000 to 300499.
+    response.transitions.start_margin_mm = 8;
+    response.transitions.end_margin = 0.05;
+    response.transitions.margin_of_response = 0.6;
+  }
+  run.analysis = pressure_advance::Analyse(std::move(seen.profiles), motion, {}, response);
+  run.analysis.printed_by = plan.printed_by;
+  run.analysis.notices.insert(run.analysis.notices.begin(), notices.begin(), notices.end());
+  if (numbered) run.printed_s = plan.pressure_advance_s;
+  return run;
+}
+
+}  // namespace trammel::app
