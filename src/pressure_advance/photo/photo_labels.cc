@@ -137,27 +137,17 @@ LabelReading ReadLabels(const BgrView& photo, const PhotoLines& lines,
     none.problem = "the lines' length and distance are of none of the tools that print numbers";
     return none;
   }
-  double scale = 1;
-  const Frame seen = vision::ShrinkToFit(photo, kLongestMeasured_px, kMaxMeasured_px, scale);
-  const double shift = (scale - 1) / 2;
   LinePlaces lie;
   LabelReading result = ReadEither([&](bool mirrored) {
     const std::vector<LinePlaces> ways = WaysOf(lines, mirrored);
     std::vector<LabelPlaces> all;
-    for (const LinePlaces& way : ways) {
-      LabelPlaces& places = all.emplace_back(way.places);
-      for (Homography& place : places.photo_from_label) {
-        place = vision::Product({{scale, 0, shift, 0, scale, shift, 0, 0, 1}}, place);
-      }
-    }
-    const SequenceReading reading = ReadSequence(seen.view(), all, candidates, given_s);
+    for (const LinePlaces& way : ways) all.push_back(way.places);
+    const SequenceReading reading = ReadSequence(photo, all, candidates, given_s);
     lie = ways[reading.places];
     return reading;
   });
   if (result.pressure_advance_s.empty()) return result;
-  const vision::Quad& c = lines.corners;  // top left, top right, bottom right, bottom left
-  const PhotoSide down = SideTowards(HeadingBetween(c[0], c[1], c[3], c[2]));
-  const PhotoSide right = SideTowards(HeadingBetween(c[0], c[3], c[1], c[2]));
+  const auto [down, right] = SidesOf(lines.corners);
   result.from = lie.first_at_bottom ? down : Opposite(down);
   result.start = lie.at_right ? Opposite(right) : right;
   return result;

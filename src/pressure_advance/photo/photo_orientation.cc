@@ -47,6 +47,12 @@ PhotoSide SideTowards(const Heading& heading) {
   return heading.x > 0 ? PhotoSide::kRight : PhotoSide::kLeft;
 }
 
+PartSides SidesOf(const vision::Quad& corners) {
+  const auto& [top_left, top_right, bottom_right, bottom_left] = corners;
+  return {SideTowards(HeadingBetween(top_left, top_right, bottom_left, bottom_right)),
+          SideTowards(HeadingBetween(top_left, bottom_left, top_right, bottom_right))};
+}
+
 bool IsAlong(const Heading& heading, PhotoSide side) {
   constexpr double kMinAlong = 0.26;  // about 15 degrees
   return std::abs(Towards(heading, side)) >= kMinAlong;

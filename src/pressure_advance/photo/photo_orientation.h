@@ -29,6 +29,14 @@ struct Heading {
 /// Returns the side nearest to a heading's direction.
 [[nodiscard]] PhotoSide SideTowards(const Heading& heading);
 
+/// Sides of a photo at which a rectified part of it has its lower and its right edge.
+struct PartSides {
+  PhotoSide down, right;
+};
+
+/// @param corners  top left, top right, bottom right, bottom left of the part, px of the photo
+[[nodiscard]] PartSides SidesOf(const vision::Quad& corners);
+
 /// True if a side is along a heading, in either sense, not across it.
 [[nodiscard]] bool IsAlong(const Heading& heading, PhotoSide side);
 

@@ -269,9 +269,7 @@ PhotoOptions WithMark(const PhotoLines& seen, const PhotoOptions& given,
   if (!given.corner_mark || (given.from && given.start)) return options;
   const std::optional<MarkedCorner> mark = FindMark(seen.contrast, seen.line_pattern);
   if (!mark) return options;
-  const vision::Quad& c = seen.corners;  // top left, top right, bottom right, bottom left
-  const PhotoSide down = SideTowards(HeadingBetween(c[0], c[1], c[3], c[2]));
-  const PhotoSide right = SideTowards(HeadingBetween(c[0], c[3], c[1], c[2]));
+  const auto [down, right] = SidesOf(seen.corners);
   const PhotoSide first = mark->bottom ? down : Opposite(down);
   const PhotoSide start = mark->right ? right : Opposite(right);
   options.from = given.from.value_or(first);
@@ -290,9 +288,7 @@ PhotoOptions WithSigns(const PhotoLines& seen, const PhotoOptions& given) {
   if (given.framed || (given.from && given.start)) return options;
   const PrintedSigns signs =
       FindPrintedSigns(seen.contrast, seen.line_pattern, given.slow_before, given.slow_after);
-  const vision::Quad& c = seen.corners;  // top left, top right, bottom right, bottom left
-  const PhotoSide down = SideTowards(HeadingBetween(c[0], c[1], c[3], c[2]));
-  const PhotoSide right = SideTowards(HeadingBetween(c[0], c[3], c[1], c[2]));
+  const auto [down, right] = SidesOf(seen.corners);
   if (!given.from && signs.last_at_bottom) {
     // The tools' last line has the highest value; a pattern printed upside down has it in front.
     const bool rising = given.pressure_advance_s.front() < given.pressure_advance_s.back();

@@ -15,6 +15,7 @@ using vision::Curve;
 using vision::GrayImage;
 using vision::LinePattern;
 
+// Thresholds in this file are of virtual photos, seeds 300000 to 300499.
 constexpr double kLine_mm = 80;  // of all these tools; scale of what they print beside the lines
 
 // Pattern with directions of its own: u along the lines from 0 to 1, d beyond an outer line.
