@@ -329,9 +329,11 @@ double Away(const ArmPoint& point, const cv::Matx33d& plane_from_photo) {
 }
 
 // Fits again without the points that lie far off, such as stripes of a label, and drops them.
+// Nothing if most would have to go: the plane explains another pattern.
 std::optional<cv::Matx33d> FitInliers(std::vector<ArmPoint>& points) {
   constexpr int kRounds = 3;
   constexpr double kFar = 3, kAlwaysNear = 0.01;  // medians, spacings
+  const std::size_t all = points.size();
   std::optional<cv::Matx33d> fitted = FitHomography(points);
   for (int round = 0; round < kRounds && fitted; ++round) {
     const cv::Matx33d inverse = fitted->inv();
@@ -341,6 +343,7 @@ std::optional<cv::Matx33d> FitInliers(std::vector<ArmPoint>& points) {
     std::erase_if(points, [&](const ArmPoint& p) { return Away(p, inverse) > farthest; });
     fitted = FitHomography(points);
   }
+  if (2 * points.size() < all) return std::nullopt;
   return fitted;
 }
 

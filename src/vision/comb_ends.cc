@@ -121,7 +121,7 @@ CombEnds FindCombEnds(const GrayImage& contrast, std::span<const CombLine> lines
   // LargestRow's time grows with the third power: three breaks on each of 100 lines.
   constexpr std::size_t kMostEnds = 400;
   if (ends.size() > kMostEnds) return found;
-  constexpr double kNear = 0.8;       // beads
+  constexpr double kNear = 0.8;       // beads; of virtual photos, seeds 300000 to 300499
   constexpr double kMinShare = 0.55;  // breaks at a change of speed are on about half of the lines
   const std::vector<End> row = LargestRow(ends, kNear * bead_px);
   const double fewest = kMinShare * static_cast<double>(lines.size());
