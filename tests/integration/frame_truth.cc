@@ -63,12 +63,12 @@ std::size_t FirstByOrder(const std::vector<sim::CameraTruth>& truth,
 
 }  // namespace
 
-double PlaceErrorOf99Percent_mm(const PlacedFrames& placed) {
+double MedianPlaceError_mm(const PlacedFrames& placed) {
   std::vector<double> error_mm;
   error_mm.reserve(placed.error_mm.size());
   for (const double signed_mm : placed.error_mm) error_mm.push_back(std::abs(signed_mm));
   std::sort(error_mm.begin(), error_mm.end());
-  return error_mm[error_mm.size() * 99 / 100];
+  return error_mm[error_mm.size() / 2];
 }
 
 PlacedFrames CompareWithTruth(const std::filesystem::path& recording,

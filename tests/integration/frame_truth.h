@@ -14,9 +14,9 @@ struct PlacedFrames {
   int unmatched = 0;             ///< frames whose truth could not be told; must be 0
 };
 
-/// Returns the magnitude (mm) that 99 % of the placed frames stay within. The rest may carry a
-/// delay of the computer that runs the test. REQUIRES a placed frame.
-[[nodiscard]] double PlaceErrorOf99Percent_mm(const PlacedFrames& placed);
+/// Returns the median magnitude (mm) of the placed frames' errors: a busy computer may send up to
+/// half of the pictures late. REQUIRES a placed frame.
+[[nodiscard]] double MedianPlaceError_mm(const PlacedFrames& placed);
 
 /// Compares a recorded scan (scan.json, the .times of its videos, pattern.plan.json) with the
 /// camera's own log. Frames with a capture time are found by it, others by their order.
