@@ -4,15 +4,13 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
-#include <optional>
 #include <vector>
 
 namespace trammel::sim {
 namespace {
 
-constexpr double kBeforeMm = 2.5;
-constexpr double kBehindMm = 4;
 constexpr double kShortestArmMm = 8;
+constexpr double kAroundCornerMm = kShortestArmMm;
 constexpr double kSpacingMm = 0.02;
 
 bool IsCorner(const TimedMove& a, const TimedMove& b) {
@@ -24,9 +22,13 @@ bool IsCorner(const TimedMove& a, const TimedMove& b) {
   return std::abs(cosine) < 0.6 && a.move.feed_mm_s == b.move.feed_mm_s;
 }
 
-// Returns the surplus within the window, mm of filament.
-double SurplusAt(std::array<Move, 2> arms, double advance_s, const StorageModel& law) {
-  for (Move& move : arms) move.pressure_advance_s = advance_s;
+// Returns the squared difference between what is laid around the corner and what was commanded
+// there, summed along the path.
+double DifferenceAt(std::array<Move, 2> arms, double advance_s, const StorageModel& law) {
+  for (Move& move : arms) {
+    move.pressure_advance_s = advance_s;
+    move.smooth_time_s = 0;
+  }
   arms[0].stop_before = true;
   arms[1].stop_before = false;
   const std::vector<TimedMove> plan = PlanMotion(arms);
@@ -37,26 +39,39 @@ double SurplusAt(std::array<Move, 2> arms, double advance_s, const StorageModel&
       Extrude(plan, strokes, DrivenFilament(plan), std::array{flow}, {}, kSpacingMm);
   const StrokeDeposit& deposit = extrusion.strokes[0];
   const double corner_mm = plan[0].length_mm;
-  double laid_mm = 0;
-  double commanded_mm = 0;
+  const double commanded_mm = deposit.spacing_mm * arms[0].e_mm / plan[0].length_mm;
+  double sum = 0;
   for (std::size_t i = 0; i < deposit.filament_mm.size(); ++i) {
     const double from_corner_mm = static_cast<double>(i) * deposit.spacing_mm - corner_mm;
-    if (from_corner_mm < -kBeforeMm || from_corner_mm > kBehindMm) continue;
-    laid_mm += deposit.filament_mm[i];
-    commanded_mm += deposit.spacing_mm * arms[0].e_mm / plan[0].length_mm;
+    if (std::abs(from_corner_mm) > kAroundCornerMm) continue;
+    const double share = deposit.filament_mm[i] / commanded_mm - 1;
+    sum += share * share;
   }
-  return laid_mm - commanded_mm;
+  return sum;
 }
 
-// Returns the advance without a surplus in the window; absent if the arms are starved without any.
-std::optional<double> AdvanceOf(const std::array<Move, 2>& arms, const StorageModel& law) {
-  // Small but not 0, where the averaging would be off.
-  double low_s = 1e-6;
-  double high_s = 10;
-  if (SurplusAt(arms, low_s, law) <= 0) return {};
-  for (int i = 0; i < 40; ++i) {
-    const double middle_s = i < 20 ? std::sqrt(low_s * high_s) : (low_s + high_s) / 2;
-    (SurplusAt(arms, middle_s, law) > 0 ? low_s : high_s) = middle_s;
+// Returns the advance with the least difference, by golden section between none and twice the
+// largest lag of the law that matters, from standstill to the arms' flow.
+double AdvanceOf(const std::array<Move, 2>& arms, const StorageModel& law, double most_s) {
+  constexpr double kGolden = 0.6180339887;
+  double low_s = 0;
+  double high_s = most_s;
+  double a_s = high_s - kGolden * (high_s - low_s), b_s = low_s + kGolden * (high_s - low_s);
+  double at_a = DifferenceAt(arms, a_s, law), at_b = DifferenceAt(arms, b_s, law);
+  for (int i = 0; i < 24; ++i) {
+    if (at_a < at_b) {
+      high_s = b_s;
+      b_s = a_s;
+      at_b = at_a;
+      a_s = high_s - kGolden * (high_s - low_s);
+      at_a = DifferenceAt(arms, a_s, law);
+    } else {
+      low_s = a_s;
+      a_s = b_s;
+      at_a = at_b;
+      b_s = low_s + kGolden * (high_s - low_s);
+      at_b = DifferenceAt(arms, b_s, law);
+    }
   }
   return (low_s + high_s) / 2;
 }
@@ -98,14 +113,13 @@ std::vector<CornerTruth> CornerTruths(std::span<const TimedMove> plan,
                                       std::span<const Stroke> strokes, const StorageModel& law) {
   std::vector<CornerTruth> truths;
   for (const CornerGroup& group : GroupCorners(plan, strokes)) {
-    const std::optional<double> corner_s = AdvanceOf(group.arms, law);
-    if (!corner_s) continue;
     const Move& arm = group.arms[0];
     const double flow_mm_s = arm.feed_mm_s * arm.e_mm / group.length_mm;
-    truths.push_back({arm.feed_mm_s, arm.acceleration_mm_s2,
-                      IdealPressureAdvance(law, 0, flow_mm_s),
-                      1 / FlowFromStored(law, Stored(law, flow_mm_s)).slope_per_s, *corner_s,
-                      group.sum_x_mm / group.count, group.sum_y_mm / group.count});
+    const double secant_s = IdealPressureAdvance(law, 0, flow_mm_s);
+    truths.push_back({arm.feed_mm_s, arm.acceleration_mm_s2, secant_s,
+                      1 / FlowFromStored(law, Stored(law, flow_mm_s)).slope_per_s,
+                      AdvanceOf(group.arms, law, 2 * secant_s), group.sum_x_mm / group.count,
+                      group.sum_y_mm / group.count});
   }
   return truths;
 }

@@ -12,13 +12,12 @@ namespace trammel::sim {
 
 /// Returns the truth of each speed and acceleration at which the highest layer has corners: strokes
 /// of two equal arms of one speed, each at least 8 mm long. corner_s is the pressure advance at
-/// which the filament laid within 2.5 mm before and 4 mm behind the corner is what was commanded
-/// there, by an extruder without defects.
+/// which the filament laid within 8 mm of the corner, by an extruder without defects and without
+/// smoothing, differs least from what was commanded there: least squares along the path.
 ///
-/// With a linear lag it is K* but for the share that smoothing and a lag longer than the window
-/// move across the window's ends. With a lag that thins with flow it is between the law's slope at
-/// the arms' flow and its secant from standstill: a short dip sees the slope, a long one the
-/// secant.
+/// With a linear lag it is K*. With a lag that thins with flow it is between
+/// the law's slope at the arms' flow and its secant from standstill: a short dip sees the slope, a
+/// long one the secant.
 [[nodiscard]] std::vector<CornerTruth> CornerTruths(std::span<const TimedMove> plan,
                                                     std::span<const Stroke> strokes,
                                                     const StorageModel& law);
