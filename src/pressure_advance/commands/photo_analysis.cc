@@ -99,8 +99,8 @@ AnalysisRun MeasureCorners(const std::string& file, const ChevronView& view,
         file, count, values_s.size()));
   }
   const double spacing_mm = plan.spacing_mm.value_or(pressure_advance::SpacingOf_mm(view));
-  const double window_mm = pressure_advance::CornerWindow_mm(plan.motion);
-  const auto readings = pressure_advance::ReadChevrons(view, window_mm / spacing_mm);
+  const auto readings =
+      pressure_advance::ReadChevrons(view, pressure_advance::kCornerWindow_mm / spacing_mm);
   std::vector<pressure_advance::CornerSurplus> corners;
   for (std::size_t i = 0; i < count; ++i) {
     const pressure_advance::ChevronReading& reading = readings[i];

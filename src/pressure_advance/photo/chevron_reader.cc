@@ -503,7 +503,7 @@ ChevronReading ReadCorner(const ChevronView& view, int chevron, double half_rows
 }  // namespace
 
 std::vector<ChevronReading> ReadChevrons(const ChevronView& view, double half_window) {
-  constexpr double kLeast = 0.3, kMost = 1.7;  // spacings: the window ends where the arms begin
+  constexpr double kLeast = 0.1, kMost = 1.7;  // spacings: the window ends where the arms begin
   const double half_rows =
       std::clamp(half_window, kLeast, kMost) / std::numbers::sqrt2 * view.spacing_px;
   std::vector<ChevronReading> readings;

@@ -46,7 +46,7 @@ struct ChevronView {
 [[nodiscard]] ChevronView ViewChevrons(const BgrView& photo, const vision::FoundChevrons& found);
 
 /// Measures each corner, first to last.
-/// @param half_window  along the band from the corner, in spacings; clamped to 0.3 … 1.7
+/// @param half_window  along the band from the corner, in spacings; clamped to 0.1 … 1.7
 [[nodiscard]] std::vector<ChevronReading> ReadChevrons(const ChevronView& view, double half_window);
 
 /// Returns the spacing of the apexes by the frame's height, which all tools have in common, mm; the

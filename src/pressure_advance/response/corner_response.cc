@@ -16,15 +16,15 @@ namespace {
 constexpr std::size_t kFewestCorners = 6;
 
 // Surplus that the shape of a corner has at any pressure advance: it is round outside, has a fillet
-// inside, casts shadows, and filament gains height instead of width. -0.01 mm on one real print
-// with its author's choice, -0.03 to -0.13 mm on virtual ones (seeds 330000 to 330010).
-constexpr double kShape_mm = -0.05;
-constexpr double kShapeSigma_mm = 0.06;
+// inside, casts shadows, and filament gains height instead of width. -0.05 mm on one real print
+// with its author's choice, and about this on 33 virtual ones (seeds 360000 to 360023 and 860000 to
+// 860007), whose answers lay 3.8 ms rms beside the right value.
+constexpr double kShape_mm = -0.08;
+constexpr double kShapeSigma_mm = 0.04;
 // 1 sigma of the value itself: where a corner's surplus goes depends on speed, acceleration and
-// filament. 24 virtual answers lay 5 ms rms beside the right value, one by 17 ms (seeds 331000 to
-// 331015 and 850000 to 850015).
-constexpr double kModel_s = 0.004;
-constexpr double kUnknownMotion_s = 0.003;  // of the window, without speed and acceleration
+// filament. Of the same prints.
+constexpr double kModel_s = 0.0035;
+constexpr double kUnknownMotion_s = 0.003;  // of the smoothing, without speed and acceleration
 constexpr double kMinSignificance = 5;      // of the slope, as for lines
 constexpr double kWidest = 0.2;             // half of the interval, as a part of the tested range
 
@@ -87,6 +87,16 @@ std::optional<NearFit> FitNear(const std::vector<double>& x, const std::vector<d
   return best;
 }
 
+// Returns by how much smoothing raises the crossing at most, s. It pushes filament early, out of
+// the corner and back into it: the more, the shorter the dip 2 v / a is beside the smooth time. By
+// integration of a linear lag of 40 ms, 50 to 200 mm/s, 1000 to 10000 mm/s2: 0.8 to 15 ms.
+std::optional<double> SmoothingOf(const CornerMotion& motion) {
+  if (!motion.speed_mm_s || !motion.acceleration_mm_s2) return std::nullopt;
+  const double dip_s = 2 * *motion.speed_mm_s / *motion.acceleration_mm_s2;
+  const double smooth_s = motion.smooth_time_s;
+  return std::min(smooth_s * smooth_s / (4 * dip_s), 0.35 * smooth_s);
+}
+
 RangedAnswer Judge(const signal::ZeroCrossing& fit, const CornerMotion& motion,
                    const Interval& tested) {
   if (!(fit.slope > kMinSignificance * fit.slope_sigma)) {
@@ -98,38 +108,32 @@ RangedAnswer Judge(const signal::ZeroCrossing& fit, const CornerMotion& motion,
             std::nullopt};
   }
   const double lines = std::hypot(fit.zero_sigma, fit.bend_shift);
-  const double unknown = motion.speed_mm_s && motion.acceleration_mm_s2 ? 0 : kUnknownMotion_s;
+  const auto smoothing = SmoothingOf(motion);
+  const double value = fit.zero - smoothing.value_or(0) / 2;
+  const double smoothed = smoothing ? *smoothing / 3 : kUnknownMotion_s;
   const double shape = kShapeSigma_mm / fit.slope;
   const double sigma =
-      std::sqrt(lines * lines + unknown * unknown + shape * shape + kModel_s * kModel_s);
+      std::sqrt(lines * lines + smoothed * smoothed + shape * shape + kModel_s * kModel_s);
   const double freedom = std::max(1.0, fit.points - 3);
   const double ratio = sigma * sigma / std::max(1e-12, lines * lines);
   const double half = StudentT95(freedom * ratio * ratio) * sigma;
   return JudgeInRange(
-      fit.zero, sigma, half, tested, kWidest,
-      fmt::format("the 95 % interval would reach {:.2g} s to either side on a tested range of "
-                  "{:.2g} s: {}; print lines (PA Line) instead",
-                  half, tested.hi - tested.lo,
+      value, sigma, half, tested, kWidest,
+      fmt::format("about {:.3f} s, but the 95 % interval would reach {:.2g} s to either side on a "
+                  "tested range of {:.2g} s: {}; print lines (PA Line) instead",
+                  std::max(0.0, value), half, tested.hi - tested.lo,
                   shape > lines ? "at this acceleration a corner tells little"
                                 : "the corners scatter too much"));
 }
 
 }  // namespace
 
-double CornerWindow_mm(const CornerMotion& motion) {
-  constexpr double kUnknown_mm = 3, kLeast_mm = 2.5, kMost_mm = 6;
-  if (!motion.speed_mm_s || !motion.acceleration_mm_s2) return kUnknown_mm;
-  const double v = *motion.speed_mm_s;
-  const double reach = v * motion.smooth_time_s / 2 + v * v / (2 * *motion.acceleration_mm_s2);
-  return std::clamp(reach, kLeast_mm, kMost_mm);
-}
-
 Analysis FitCorners(const std::vector<CornerSurplus>& corners, const CornerMotion& motion) {
   Analysis analysis;
   CornerResult& result = analysis.corners.emplace();
   result.speed_mm_s = motion.speed_mm_s;
   result.acceleration_mm_s2 = motion.acceleration_mm_s2;
-  result.half_window_mm = CornerWindow_mm(motion);
+  result.half_window_mm = kCornerWindow_mm;
   const std::size_t n = corners.size();
   TransitionResult& response = result.response;
   response.window_begin = -result.half_window_mm;
