@@ -296,15 +296,19 @@ std::vector<Candidate> MergeWalls(const std::vector<Candidate>& walls) {
 // Candidates side by side, in their order on the plate.
 using Row = std::vector<Candidate>;
 
+// Returns 1, or -1 for a line whose left side, as seen along it, is the nearer to the front.
+double SideOf(const Candidate& line) {
+  const double nx = -line.dy, ny = line.dx;
+  return std::abs(ny) > 1e-6 ? (ny > 0 ? 1 : -1) : (nx > 0 ? 1 : -1);
+}
+
 // Position along the row: across lines, along the apexes' direction of chevrons. Lines count from
 // the front; for upright ones from the left.
 double PlaceOf(const Candidate& candidate, PatternForm form) {
   if (form == PatternForm::kCorners) {
     return candidate.x * candidate.dx + candidate.y * candidate.dy;
   }
-  const double nx = -candidate.dy, ny = candidate.dx;
-  const double sign = std::abs(ny) > 1e-6 ? (ny > 0 ? 1 : -1) : (nx > 0 ? 1 : -1);
-  return sign * (candidate.x * nx + candidate.y * ny);
+  return SideOf(candidate) * (candidate.y * candidate.dx - candidate.x * candidate.dy);
 }
 
 // Groups candidates of one kind that lie beside each other.
@@ -345,14 +349,21 @@ std::optional<gcode::PrintedBy> PrinterOf(const Reader& reader) {
   return reader.printed_by;
 }
 
-SlicerPattern PatternOf(const Row& row, PatternForm form, const std::vector<double>& heights,
+SlicerPattern PatternOf(Row row, PatternForm form, const std::vector<double>& heights,
                         const Reader& reader) {
   SlicerPattern pattern;
   pattern.form = form;
+  if (form == PatternForm::kLines) {
+    pattern.to_and_fro = std::any_of(row.begin(), row.end(), [&](const Candidate& line) {
+      return line.dx * row.front().dx + line.dy * row.front().dy < 0;
+    });
+    // A pattern that is turned on the plate has the same order as one that is not.
+    if (!pattern.to_and_fro && SideOf(row.front()) < 0) std::reverse(row.begin(), row.end());
+  }
   std::vector<double> steps;
   for (std::size_t i = 0; i < row.size(); ++i) {
     pattern.pressure_advance_s.push_back(row[i].pressure_advance_s);
-    if (i > 0) steps.push_back(PlaceOf(row[i], form) - PlaceOf(row[i - 1], form));
+    if (i > 0) steps.push_back(std::abs(PlaceOf(row[i], form) - PlaceOf(row[i - 1], form)));
   }
   const Candidate& one = row.front();
   pattern.spacing_mm = Median(steps);
@@ -367,9 +378,6 @@ SlicerPattern PatternOf(const Row& row, PatternForm form, const std::vector<doub
   }
   if (form == PatternForm::kCorners) pattern.heading_rad = std::atan2(one.dy, one.dx);
   if (form == PatternForm::kLines) {
-    pattern.to_and_fro = std::any_of(row.begin(), row.end(), [&](const Candidate& line) {
-      return line.dx * one.dx + line.dy * one.dy < 0;
-    });
     for (std::size_t part = 0; part < 3; ++part) {
       pattern.segments.push_back(
           {one.part_mm[part] / one.length_mm, part == 1 ? one.speed_mm_s : one.slow_mm_s});

@@ -66,6 +66,31 @@ TEST(SlicerGcode, TellsLinesPrintedToAndFro) {
   }
 }
 
+TEST(SlicerGcode, LinesCountFromTheirRightHandSideHoweverTheyAreTurnedOnThePlate) {
+  for (const int quarters : {0, 1, 2, 3}) {
+    std::string gcode = "M83\nG1 Z0.2 F600\n";
+    const auto to = [&](double x, double y) {
+      for (int i = 0; i < quarters; ++i) x = std::exchange(y, x) * -1;  // (x, y) -> (-y, x)
+      return fmt::format("X{} Y{}", x, y);
+    };
+    for (int line = 0; line < 6; ++line) {
+      const double y = 20 + 3.5 * line;
+      gcode += fmt::format("M900 K{:.3f}\nG0 {} F9000\n", 0.02 * line, to(50, y));
+      for (const auto& [x, feed] :
+           {std::pair{70, 1200}, std::pair{110, 6000}, std::pair{130, 1200}}) {
+        gcode += fmt::format("G1 {} E1 F{}\n", to(x, y), feed);
+      }
+    }
+    const auto print = FindSlicerPatterns(gcode, "a.gcode");
+    ASSERT_TRUE(print.has_value()) << print.error().message;
+    const SlicerPattern& pattern = print->patterns.front();
+    EXPECT_THAT(pattern.pressure_advance_s, ElementsAre(0, 0.02, 0.04, 0.06, 0.08, 0.1))
+        << quarters;
+    EXPECT_NEAR(pattern.spacing_mm, 3.5, 1e-9);
+    EXPECT_FALSE(pattern.to_and_fro);
+  }
+}
+
 TEST(SlicerGcode, ChevronsAreOneCandidateForTheirWallsOnTheTopLayer) {
   const auto print = FindSlicerPatterns(Chevrons(60, 40, 120), "a.gcode");
   ASSERT_TRUE(print.has_value()) << print.error().message;
