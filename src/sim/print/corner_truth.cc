@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <boost/math/tools/minima.hpp>
 #include <cmath>
 #include <cstddef>
 #include <vector>
@@ -50,30 +51,11 @@ double DifferenceAt(std::array<Move, 2> arms, double advance_s, const StorageMod
   return sum;
 }
 
-// Returns the advance with the least difference, by golden section between none and twice the
-// largest lag of the law that matters, from standstill to the arms' flow.
+// Returns the advance with the least difference, between none and `most_s`.
 double AdvanceOf(const std::array<Move, 2>& arms, const StorageModel& law, double most_s) {
-  constexpr double kGolden = 0.6180339887;
-  double low_s = 0;
-  double high_s = most_s;
-  double a_s = high_s - kGolden * (high_s - low_s), b_s = low_s + kGolden * (high_s - low_s);
-  double at_a = DifferenceAt(arms, a_s, law), at_b = DifferenceAt(arms, b_s, law);
-  for (int i = 0; i < 24; ++i) {
-    if (at_a < at_b) {
-      high_s = b_s;
-      b_s = a_s;
-      at_b = at_a;
-      a_s = high_s - kGolden * (high_s - low_s);
-      at_a = DifferenceAt(arms, a_s, law);
-    } else {
-      low_s = a_s;
-      a_s = b_s;
-      at_a = at_b;
-      b_s = low_s + kGolden * (high_s - low_s);
-      at_b = DifferenceAt(arms, b_s, law);
-    }
-  }
-  return (low_s + high_s) / 2;
+  constexpr int kBits = 16;  // the advance to 2^-15 of itself
+  const auto difference = [&](double advance_s) { return DifferenceAt(arms, advance_s, law); };
+  return boost::math::tools::brent_find_minima(difference, 0.0, most_s, kBits).first;
 }
 
 // Corners of one speed and acceleration.

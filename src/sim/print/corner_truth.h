@@ -15,9 +15,8 @@ namespace trammel::sim {
 /// which the filament laid within 8 mm of the corner, by an extruder without defects and without
 /// smoothing, differs least from what was commanded there: least squares along the path.
 ///
-/// With a linear lag it is K*. With a lag that thins with flow it is between
-/// the law's slope at the arms' flow and its secant from standstill: a short dip sees the slope, a
-/// long one the secant.
+/// With a linear lag it is K*. With a lag that thins with flow it is between the law's slope at the
+/// arms' flow and its secant from standstill: a short dip sees the slope, a long one the secant.
 [[nodiscard]] std::vector<CornerTruth> CornerTruths(std::span<const TimedMove> plan,
                                                     std::span<const Stroke> strokes,
                                                     const StorageModel& law);
