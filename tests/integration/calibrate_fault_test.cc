@@ -317,8 +317,9 @@ std::vector<Case> InTheMiddle() {
                    Recorded::kSomeLines);
   };
   const auto restart = Klipper([](VirtualKlipper& klipper) { klipper.Restart(); });
+  // Above min_extrude_temp of 170: below it, the print's next line may be refused first.
   const auto weak_nozzle =
-      Klipper([](VirtualKlipper& klipper) { klipper.nozzle.highest_reach_c = 60; });
+      Klipper([](VirtualKlipper& klipper) { klipper.nozzle.highest_reach_c = 175; });
   const auto weak_bed = Klipper([](VirtualKlipper& klipper) { klipper.bed.highest_reach_c = 20; });
   std::vector<Case> cases = {
       printing("MoveRefused", Klipper(RefuseNextMove), kMachine, {"Move out of range"}),
