@@ -4,6 +4,7 @@
 #include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 
 #include "base/check.h"
 #include "base/statistics.h"
@@ -122,20 +123,28 @@ std::size_t Whiten(std::vector<std::vector<StrokeSection>>& sections) {
   }
   mean /= static_cast<double>(count);
   Eigen::Matrix<double, kSize, kSize> scatter = Eigen::Matrix<double, kSize, kSize>::Zero();
-  for (const auto& label : sections) {
-    for (const StrokeSection& section : label) {
-      const Section off = AsVector(section) - mean;
-      scatter += off * off.transpose() / static_cast<double>(count);
+  for (auto& label : sections) {
+    for (StrokeSection& section : label) {
+      Eigen::Map<Section> off(section.data());
+      off -= mean;
+      for (int i = 0; i < kSize; ++i)
+        scatter.col(i).tail(kSize - i) += off(i) * off.tail(kSize - i);
     }
   }
+  scatter /= static_cast<double>(count);  // its lower triangle
   // Sections have no mean, and neighbouring samples hardly differ: little variance is noise.
   constexpr double kNoise = 0.1;
   scatter.diagonal().array() += std::max(1e-12, kNoise * scatter.trace() / kSize);
-  const Eigen::LLT<Eigen::Matrix<double, kSize, kSize>> root(scatter);
+  const Eigen::Matrix<double, kSize, kSize> root = scatter.llt().matrixL();
+  const Section inverse = root.diagonal().cwiseInverse();
   for (auto& label : sections) {
     for (StrokeSection& section : label) {
-      Eigen::Map<Section> vector(section.data());
-      vector = root.matrixL().solve(vector - mean).eval();
+      // Forward substitution, along the columns.
+      Eigen::Map<Section> off(section.data());
+      for (int i = 0; i < kSize; ++i) {
+        off(i) *= inverse(i);
+        off.tail(kSize - i - 1) -= off(i) * root.col(i).tail(kSize - i - 1);
+      }
     }
   }
   return count;
@@ -158,34 +167,53 @@ double LengthOf_mm(std::string_view text, const DigitStyle& style) {
   return std::max(0, length - 1);
 }
 
-void StrokeSum::Add(const StrokeSum& other) {
-  for (std::size_t i = 0; i < level.size(); ++i) {
-    level[i] += other.level[i];
-    upright[i] += other.upright[i];
-  }
-  levels += other.levels;
-  uprights += other.uprights;
-}
+namespace {
 
-StrokeSum StrokeTable::SumOf(std::size_t label, std::string_view text,
-                             const DigitStyle& style) const {
-  StrokeSum sum;
+constexpr std::string_view kCharacters = ".0123456789";  // others have no strokes
+
+}  // namespace
+
+GlyphSums StrokeTable::SumsOf(const DigitStyle& style) const {
+  GlyphSums sums;
+  sums.style_ = style;
+  sums.units_ = static_cast<std::size_t>(units_) + 1;
+  sums.sums_.resize(level_.size() * sums.units_ * kCharacters.size());
   const auto add = [](const StrokeSection& section, StrokeSection& to) {
     for (std::size_t i = 0; i < to.size(); ++i) to[i] += section[i];
   };
-  ForPieces(
-      text, style,
-      [&](int x, int height) {
-        if (x >= units_) return;
-        add(level_[label][x * kLevels + height], sum.level);
-        ++sum.levels;
-      },
-      [&](int x, int quarter) {
-        if (x > units_) return;
-        add(upright_[label][x * kQuarters + quarter], sum.upright);
-        ++sum.uprights;
-      });
-  return sum;
+  auto sum = sums.sums_.begin();
+  for (std::size_t label = 0; label < level_.size(); ++label) {
+    for (int at = 0; at <= units_; ++at) {
+      for (const char character : kCharacters) {
+        ForPieces(
+            {&character, 1}, style,
+            [&](int x, int height) {
+              if (at + x >= units_) return;
+              add(level_[label][(at + x) * kLevels + height], sum->level);
+              ++sum->levels;
+            },
+            [&](int x, int quarter) {
+              if (at + x > units_) return;
+              add(upright_[label][(at + x) * kQuarters + quarter], sum->upright);
+              ++sum->uprights;
+            });
+        ++sum;
+      }
+    }
+  }
+  return sums;
+}
+
+void GlyphSums::Add(std::size_t label, std::string_view text, StrokeSum& total) const {
+  std::size_t at = 0;
+  for (const char character : text) {
+    if (at >= units_) return;
+    const std::size_t index = kCharacters.find(character);
+    if (index < kCharacters.size()) {
+      total.Add(sums_[(label * units_ + at) * kCharacters.size() + index]);
+    }
+    at += static_cast<std::size_t>(AdvanceOf(character, style_));
+  }
 }
 
 double StrokeTable::LogLikelihood(const StrokeSum& total) const {
@@ -209,21 +237,25 @@ LabelRow::LabelRow(const BgrView& photo, const std::vector<Homography>& photo_fr
   const int width = static_cast<int>((longest_mm + 2 * kAround_mm) * px_per_mm_);
   const int height = static_cast<int>((kCell_mm + 2 * kAround_mm) * px_per_mm_);
   const double s = 1 / px_per_mm_;
+  // Shading is a factor of brightness; the offset bounds the noise of dark pixels.
+  constexpr double kDark = 12;
+  std::array<double, 256> brightness;
+  for (int level = 0; level < 256; ++level) brightness[level] = std::log(level + kDark);
   for (const Homography& from_label : photo_from_label) {
     const Homography label_from_picture{
         {s, 0, s / 2 - kAround_mm, 0, -s, kCell_mm + kAround_mm - s / 2, 0, 0, 1}};
     const Frame picture = Rectify(photo, Product(from_label, label_from_picture), width, height);
     Label label{width, height, {}};
-    for (int c = 0; c < 3; ++c) {
-      auto& sum = label.sum[c];
-      sum.assign(static_cast<std::size_t>(width + 1) * (height + 1), 0);
-      for (int py = 0; py < height; ++py) {
-        double row = 0;
-        for (int px = 0; px < width; ++px) {
-          // Shading is a factor of brightness; the offset bounds the noise of dark pixels.
-          constexpr double kDark = 12;
-          row += std::log(picture.view().row(py)[3 * px + c] + kDark);
-          sum[(py + 1) * (width + 1) + px + 1] = sum[py * (width + 1) + px + 1] + row;
+    label.sum.resize(static_cast<std::size_t>(width + 1) * (height + 1));
+    for (int py = 0; py < height; ++py) {
+      const Colour* above = &label.sum[static_cast<std::size_t>(py) * (width + 1) + 1];
+      Colour* sum = &label.sum[static_cast<std::size_t>(py + 1) * (width + 1) + 1];
+      const std::uint8_t* pixel = picture.view().row(py);
+      Colour row{};
+      for (int px = 0; px < width; ++px, pixel += 3) {
+        for (int c = 0; c < 3; ++c) {
+          row[c] += brightness[pixel[c]];
+          sum[px][c] = above[px][c] + row[c];
         }
       }
     }
@@ -231,52 +263,61 @@ LabelRow::LabelRow(const BgrView& photo, const std::vector<Homography>& photo_fr
   }
 }
 
-std::array<double, 3> LabelRow::MeanOf(const Label& label, double x0_mm, double x1_mm, double y0_mm,
-                                       double y1_mm) const {
+LabelRow::Colour LabelRow::SumTo(const Label& label, double x_mm, double y_mm) const {
   constexpr double kCell_mm = 4;
-  const double x0 = (x0_mm + kAround_mm) * px_per_mm_, x1 = (x1_mm + kAround_mm) * px_per_mm_;
-  const double y0 = (kCell_mm + kAround_mm - y1_mm) * px_per_mm_;
-  const double y1 = (kCell_mm + kAround_mm - y0_mm) * px_per_mm_;
-  const auto at = [&](const std::vector<double>& sum, double x, double y) {
-    const int ix = std::clamp(static_cast<int>(x), 0, label.width - 1);
-    const int iy = std::clamp(static_cast<int>(y), 0, label.height - 1);
-    const double fx = std::clamp(x - ix, 0.0, 1.0), fy = std::clamp(y - iy, 0.0, 1.0);
-    const double* p = &sum[static_cast<std::size_t>(iy) * (label.width + 1) + ix];
-    const double* q = p + label.width + 1;
-    return (1 - fy) * ((1 - fx) * p[0] + fx * p[1]) + fy * ((1 - fx) * q[0] + fx * q[1]);
-  };
-  std::array<double, 3> mean{};
+  const double x = (x_mm + kAround_mm) * px_per_mm_;
+  const double y = (kCell_mm + kAround_mm - y_mm) * px_per_mm_;
+  const int ix = std::clamp(static_cast<int>(x), 0, label.width - 1);
+  const int iy = std::clamp(static_cast<int>(y), 0, label.height - 1);
+  const double fx = std::clamp(x - ix, 0.0, 1.0), fy = std::clamp(y - iy, 0.0, 1.0);
+  const Colour* p = &label.sum[static_cast<std::size_t>(iy) * (label.width + 1) + ix];
+  const Colour* q = p + label.width + 1;
+  Colour sum;
   for (int c = 0; c < 3; ++c) {
-    const auto& sum = label.sum[c];
-    mean[c] = (at(sum, x1, y1) - at(sum, x0, y1) - at(sum, x1, y0) + at(sum, x0, y0)) /
-              ((x1 - x0) * (y1 - y0));
+    sum[c] =
+        (1 - fy) * ((1 - fx) * p[0][c] + fx * p[1][c]) + fy * ((1 - fx) * q[0][c] + fx * q[1][c]);
   }
-  return mean;
+  return sum;
+}
+
+// Returns the mean of each sample less that of all.
+StrokeSection LabelRow::SectionAt(const Label& label, double x_mm, double y_mm,
+                                  bool upright) const {
+  constexpr double kHalf_mm = 0.5 - kPieceMargin_mm;
+  const double area_px2 = kSample_mm * 2 * kHalf_mm * px_per_mm_ * px_per_mm_;
+  const auto between = [&](int edge) {
+    const double across = (edge - kStrokeSamples / 2.0) * kSample_mm;
+    const double x = x_mm + (upright ? across : kHalf_mm),
+                 y = y_mm + (upright ? -kHalf_mm : across);
+    const double x0 = upright ? x : x_mm - kHalf_mm, y0 = upright ? y_mm + kHalf_mm : y;
+    Colour sum = SumTo(label, x, y);
+    const Colour other = SumTo(label, x0, y0);
+    for (int c = 0; c < 3; ++c) sum[c] -= other[c];
+    return sum;
+  };
+  StrokeSection result{};
+  Colour total{};
+  Colour last = between(0);
+  for (int i = 0; i < kStrokeSamples; ++i) {
+    const Colour next = between(i + 1);
+    for (int c = 0; c < 3; ++c) {
+      result[3 * i + c] = (upright ? next[c] - last[c] : last[c] - next[c]) / area_px2;
+      total[c] += result[3 * i + c] / kStrokeSamples;
+    }
+    last = next;
+  }
+  for (int i = 0; i < kStrokeSamples; ++i) {
+    for (int c = 0; c < 3; ++c) result[3 * i + c] -= total[c];
+  }
+  return result;
 }
 
 StrokeTable LabelRow::TableAt(const LabelOffset& offset) const {
   StrokeTable table;
   table.units_ = units_;
   const auto section = [&](const Label& label, double x_mm, double y_mm, bool upright) {
-    StrokeSection result{};
-    std::array<double, 3> total{};
-    const double piece = 0.5 - kPieceMargin_mm;
-    for (int i = 0; i < kStrokeSamples; ++i) {
-      const double across = (i - (kStrokeSamples - 1) / 2.0) * kSample_mm;
-      const double half_x = upright ? kSample_mm / 2 : piece,
-                   half_y = upright ? piece : kSample_mm / 2;
-      const double x = offset.along_mm + offset.scale * x_mm + (upright ? across : 0);
-      const double y = offset.up_mm + offset.scale * y_mm + (upright ? 0 : across);
-      const auto mean = MeanOf(label, x - half_x, x + half_x, y - half_y, y + half_y);
-      for (int c = 0; c < 3; ++c) {
-        result[3 * i + c] = mean[c];
-        total[c] += mean[c] / kStrokeSamples;
-      }
-    }
-    for (int i = 0; i < kStrokeSamples; ++i) {
-      for (int c = 0; c < 3; ++c) result[3 * i + c] -= total[c];
-    }
-    return result;
+    return SectionAt(label, offset.along_mm + offset.scale * x_mm,
+                     offset.up_mm + offset.scale * y_mm, upright);
   };
   for (const Label& label : labels_) {
     auto& level = table.level_.emplace_back();

@@ -37,15 +37,32 @@ struct StrokeSum {
   StrokeSection level{}, upright{};
   int levels = 0, uprights = 0;  ///< pieces of 1 mm
 
-  void Add(const StrokeSum& other);
+  void Add(const StrokeSum& other) {
+    for (std::size_t i = 0; i < level.size(); ++i) level[i] += other.level[i];
+    for (std::size_t i = 0; i < upright.size(); ++i) upright[i] += other.upright[i];
+    levels += other.levels;
+    uprights += other.uprights;
+  }
+};
+
+/// Sums of each character at each place of each label.
+class GlyphSums {
+ public:
+  /// Adds the sections of a text in one label. Parts beyond the row's longest_mm are not seen.
+  /// REQUIRES label < the row's.
+  void Add(std::size_t label, std::string_view text, StrokeSum& total) const;
+
+ private:
+  friend class StrokeTable;
+  DigitStyle style_;
+  std::size_t units_ = 0;
+  std::vector<StrokeSum> sums_;  // by label, place in mm and character
 };
 
 /// Sections of all places at which strokes may lie, whitened over all of them.
 class StrokeTable {
  public:
-  /// Sums the sections of a text in one label; REQUIRES label < the row's.
-  [[nodiscard]] StrokeSum SumOf(std::size_t label, std::string_view text,
-                                const DigitStyle& style) const;
+  [[nodiscard]] GlyphSums SumsOf(const DigitStyle& style) const;
   /// Returns the logarithmic likelihood that these places and no others hold strokes, over that of
   /// none: the strokes' look is not known, and the one that fits best counts (Wilks' lambda of two
   /// classes, for level and for upright strokes).
@@ -74,13 +91,15 @@ class LabelRow {
   [[nodiscard]] StrokeTable TableAt(const LabelOffset& offset) const;
 
  private:
-  // Sums of the pixels above and left of each corner, per colour.
+  using Colour = std::array<double, 3>;
+  // Sums of the pixels above and left of each corner.
   struct Label {
     int width = 0, height = 0;
-    std::array<std::vector<double>, 3> sum;
+    std::vector<Colour> sum;
   };
-  [[nodiscard]] std::array<double, 3> MeanOf(const Label& label, double x0_mm, double x1_mm,
-                                             double y0_mm, double y1_mm) const;
+  [[nodiscard]] Colour SumTo(const Label& label, double x_mm, double y_mm) const;
+  [[nodiscard]] StrokeSection SectionAt(const Label& label, double x_mm, double y_mm,
+                                        bool upright) const;
 
   std::vector<Label> labels_;
   double photo_px_per_mm_ = 0;

@@ -67,52 +67,65 @@ std::vector<Sequence> LikelySequences(std::size_t candidates, bool few) {
   return sequences;
 }
 
+// Texts of values in each format, made once.
+class Texts {
+ public:
+  explicit Texts(const std::vector<LabelFormat>& formats)
+      : formats_(formats), texts_(formats.size()) {}
+
+  const std::string& Of(long value_us, std::size_t format) {
+    auto [at, is_new] = texts_[format].try_emplace(value_us);
+    if (is_new) at->second = formats_[format].TextOf(static_cast<double>(value_us) * 1e-6);
+    return at->second;
+  }
+
+ private:
+  const std::vector<LabelFormat>& formats_;
+  std::vector<std::unordered_map<long, std::string>> texts_;
+};
+
 // Scores of sequences at one offset of the labels.
 class Scorer {
  public:
-  Scorer(StrokeTable table, const LabelPlaces& places) : table_(std::move(table)), places_(places) {
-    sums_.resize(places.formats.size() * places.photo_from_label.size());
+  Scorer(StrokeTable table, const LabelPlaces& places)
+      : table_(std::move(table)), labels_(places.photo_from_label.size()) {
+    for (const LabelFormat& format : places.formats) sums_.push_back(table_.SumsOf(format.style));
   }
 
-  double ScoreOf(const Sequence& sequence, std::size_t format) {
+  double ScoreOf(const Sequence& sequence, std::size_t format, Texts& texts) const {
     StrokeSum total;
-    const std::size_t labels = places_.photo_from_label.size();
-    for (std::size_t label = 0; label < labels; ++label) {
+    for (std::size_t label = 0; label < labels_; ++label) {
       const long value_us = sequence.start_us + 2 * static_cast<long>(label) * sequence.step_us;
-      auto [at, is_new] = sums_[format * labels + label].try_emplace(value_us);
-      if (is_new) {
-        const LabelFormat& as = places_.formats[format];
-        at->second = table_.SumOf(label, as.TextOf(static_cast<double>(value_us) * 1e-6), as.style);
-      }
-      total.Add(at->second);
+      sums_[format].Add(label, texts.Of(value_us, format), total);
     }
     return table_.LogLikelihood(total) + sequence.prior;
   }
 
-  double ScoreOf(const std::vector<std::string>& texts, const vision::DigitStyle& style) const {
+  double ScoreOf(const std::vector<std::string>& texts, std::size_t format) const {
     StrokeSum total;
     for (std::size_t label = 0; label < texts.size(); ++label) {
-      total.Add(table_.SumOf(label, texts[label], style));
+      sums_[format].Add(label, texts[label], total);
     }
     return table_.LogLikelihood(total);
   }
 
  private:
   StrokeTable table_;
-  const LabelPlaces& places_;
-  std::vector<std::unordered_map<long, StrokeSum>> sums_;
+  std::size_t labels_;
+  std::vector<vision::GlyphSums> sums_;  // per format
 };
 
 // Searches where the row as a whole lies, by the sequences that are printed most.
-LabelOffset FindOffset(const LabelRow& row, const LabelPlaces& places, std::size_t candidates) {
+LabelOffset FindOffset(const LabelRow& row, const LabelPlaces& places, std::size_t candidates,
+                       Texts& texts) {
   const std::vector<Sequence> few = LikelySequences(candidates, true);
   LabelOffset best;
   double best_score = -1;
   const auto look = [&](const LabelOffset& offset) {
-    Scorer scorer(row.TableAt(offset), places);
+    const Scorer scorer(row.TableAt(offset), places);
     for (std::size_t format = 0; format < places.formats.size(); ++format) {
       for (const Sequence& sequence : few) {
-        const double score = scorer.ScoreOf(sequence, format);
+        const double score = scorer.ScoreOf(sequence, format, texts);
         if (score > best_score) {
           best_score = score;
           best = offset;
@@ -167,13 +180,14 @@ bool Differ(const std::vector<std::string>& texts) {
 
 RowReading ReadRow(const LabelRow& row, const LabelPlaces& places, std::size_t candidates) {
   RowReading reading;
-  reading.offset = FindOffset(row, places, candidates);
-  Scorer scorer(row.TableAt(reading.offset), places);
+  Texts texts(places.formats);
+  reading.offset = FindOffset(row, places, candidates, texts);
+  const Scorer scorer(row.TableAt(reading.offset), places);
   for (const Sequence& sequence : LikelySequences(candidates, false)) {
     double score = -1;  // of the format that fits best
     std::size_t best_format = 0;
     for (std::size_t format = 0; format < places.formats.size(); ++format) {
-      const double in_format = scorer.ScoreOf(sequence, format);
+      const double in_format = scorer.ScoreOf(sequence, format, texts);
       if (in_format <= std::max(score, reading.next)) continue;
       // Labels that do not differ show no step.
       if (!Differ(TextsOf(sequence, places.formats[format], row.size()))) continue;
@@ -196,8 +210,8 @@ RowReading ReadRow(const LabelRow& row, const LabelPlaces& places, std::size_t c
 }
 
 // True if one more digit would lie where the labels are looked at.
-bool HasRoom(const std::string& text, const vision::DigitStyle& style, int longest_mm) {
-  return vision::LengthOf_mm(text + '0', style) <= longest_mm;
+bool HasRoom(const std::string& text, const LabelPlaces& places, std::size_t format) {
+  return vision::LengthOf_mm(text + '0', places.formats[format].style) <= places.longest_mm;
 }
 
 // Returns texts that differ from `text` by one digit, by one more, or by the last character.
@@ -218,7 +232,7 @@ std::vector<std::string> NeighboursOf(const std::string& text, bool has_room) {
 // Returns the largest score of the texts with one digit changed in all of them, or with all
 // shorter.
 double BestCommonChange(const Scorer& scorer, const std::vector<std::string>& texts,
-                        const vision::DigitStyle& style, int longest_mm) {
+                        const LabelPlaces& places, std::size_t format) {
   double best = -1;
   std::size_t longest = 0;
   for (const std::string& text : texts) longest = std::max(longest, text.size());
@@ -229,7 +243,7 @@ double BestCommonChange(const Scorer& scorer, const std::vector<std::string>& te
       change(changed[label]);
       count += changed[label] != texts[label];
     }
-    if (2 * count > texts.size()) best = std::max(best, scorer.ScoreOf(changed, style));
+    if (2 * count > texts.size()) best = std::max(best, scorer.ScoreOf(changed, format));
   };
   for (std::size_t at = 0; at < longest; ++at) {
     consider([&](std::string& text) { text.resize(std::min(text.size(), at)); });
@@ -238,7 +252,7 @@ double BestCommonChange(const Scorer& scorer, const std::vector<std::string>& te
         if (at < text.size() && text[at] != '.') text[at] = digit;
       });
       consider([&](std::string& text) {
-        if (at + 1 == text.size() && HasRoom(text, style, longest_mm)) text += digit;
+        if (at + 1 == text.size() && HasRoom(text, places, format)) text += digit;
       });
     }
   }
@@ -250,22 +264,22 @@ double BestCommonChange(const Scorer& scorer, const std::vector<std::string>& te
 std::string Contradiction(const LabelRow& row, const LabelPlaces& places,
                           const RowReading& reading) {
   const Scorer scorer(row.TableAt(reading.offset), places);
-  const vision::DigitStyle& style = places.formats[reading.format].style;
-  const double whole = scorer.ScoreOf(reading.texts, style);
+  const std::size_t format = reading.format;
+  const double whole = scorer.ScoreOf(reading.texts, format);
   constexpr double kBetter = 8;  // of one label: strokes may lack filament
   constexpr double kWorse = 5;   // of most labels
   std::size_t unseen = 0;
   for (std::size_t label = 0; label < reading.texts.size(); ++label) {
     std::vector<std::string> texts = reading.texts;
     texts[label].clear();
-    const double blank = scorer.ScoreOf(texts, style);
+    const double blank = scorer.ScoreOf(texts, format);
     unseen += blank > whole;
     double best = kBetter + std::max(whole, blank);
     std::string better;
-    const bool has_room = HasRoom(reading.texts[label], style, places.longest_mm);
+    const bool has_room = HasRoom(reading.texts[label], places, format);
     for (const std::string& neighbour : NeighboursOf(reading.texts[label], has_room)) {
       texts[label] = neighbour;
-      const double score = scorer.ScoreOf(texts, style);
+      const double score = scorer.ScoreOf(texts, format);
       if (score <= best) continue;
       best = score;
       better = neighbour;
@@ -274,7 +288,7 @@ std::string Contradiction(const LabelRow& row, const LabelPlaces& places,
       return fmt::format("the label that should be {} looks like {}", reading.texts[label], better);
     }
   }
-  if (BestCommonChange(scorer, reading.texts, style, places.longest_mm) > whole - kWorse) {
+  if (BestCommonChange(scorer, reading.texts, places, format) > whole - kWorse) {
     return fmt::format("they are nearly {} to {}, but a digit may differ", reading.texts.front(),
                        reading.texts.back());
   }
@@ -320,8 +334,8 @@ PhotoLabels SearchPlaces(const BgrView& photo, const std::vector<LabelPlaces>& a
 // True if the labels show given values about as well as those that were read.
 bool MayBe(const PhotoLabels& labels, const std::vector<double>& given_s, double lead) {
   const Scorer scorer(labels.row->TableAt(labels.reading->offset), *labels.places);
-  for (const LabelFormat& format : labels.places->formats) {
-    const double score = scorer.ScoreOf(TextsOf(given_s, format), format.style);
+  for (std::size_t format = 0; format < labels.places->formats.size(); ++format) {
+    const double score = scorer.ScoreOf(TextsOf(given_s, labels.places->formats[format]), format);
     if (labels.reading->score - score < lead) return true;
   }
   return false;
