@@ -115,28 +115,73 @@ struct Meeting {
   bool right = true;  // they point to +x
 };
 
-// Compares each row's phase with that of chevrons around it.
-Meeting FindMeeting(const cv::Mat& contrast) {
-  constexpr int kReach_px = static_cast<int>(kChevronReach * kUnit_px);
-  std::vector<std::complex<double>> amplitude(static_cast<std::size_t>(contrast.rows));
-  std::vector<std::complex<double>> wave(kUnit_px);
+using Amplitudes = std::vector<std::complex<double>>;
+
+// Wave of one spacing, for whole pixels.
+std::array<std::complex<double>, kUnit_px> Wave() {
+  std::array<std::complex<double>, kUnit_px> wave;
   for (int i = 0; i < kUnit_px; ++i) {
     wave[i] = std::polar(1.0, -2 * std::numbers::pi * i / kUnit_px);
   }
+  return wave;
+}
+
+float Bounded(float contrast) { return std::clamp(contrast, -2.0F, 2.0F); }
+
+// Returns each row's amplitude of the wave.
+Amplitudes AmplitudesOfRows(const cv::Mat& contrast) {
+  const auto wave = Wave();
+  Amplitudes amplitudes(static_cast<std::size_t>(contrast.rows));
   for (int y = 0; y < contrast.rows; ++y) {
     const float* value = contrast.ptr<float>(y);
-    for (int x = 0; x < contrast.cols; ++x) {
-      amplitude[y] += std::clamp<double>(value[x], -2, 2) * wave[x % kUnit_px];
+    std::array<double, kUnit_px> sums{};  // of equal phase
+    int x = 0;
+    for (; x + kUnit_px <= contrast.cols; x += kUnit_px) {
+      for (int i = 0; i < kUnit_px; ++i) sums[i] += Bounded(value[x + i]);
     }
+    for (int i = 0; x + i < contrast.cols; ++i) sums[i] += Bounded(value[x + i]);
+    for (int i = 0; i < kUnit_px; ++i) amplitudes[y] += sums[i] * wave[i];
+  }
+  return amplitudes;
+}
+
+// Returns each column's amplitude of the wave.
+Amplitudes AmplitudesOfColumns(const cv::Mat& contrast) {
+  const auto wave = Wave();
+  std::vector<double> real(static_cast<std::size_t>(contrast.cols)), imaginary = real;
+  for (int y = 0; y < contrast.rows; ++y) {
+    const float* value = contrast.ptr<float>(y);
+    const double c = wave[y % kUnit_px].real(), s = wave[y % kUnit_px].imag();
+    for (int x = 0; x < contrast.cols; ++x) {
+      const double bounded = Bounded(value[x]);
+      real[x] += bounded * c;
+      imaginary[x] += bounded * s;
+    }
+  }
+  Amplitudes amplitudes;
+  for (int x = 0; x < contrast.cols; ++x) amplitudes.emplace_back(real[x], imaginary[x]);
+  return amplitudes;
+}
+
+// Compares each row's phase with that of chevrons around it: sums over the rows on either side,
+// turned by a phase that grows with the distance, are differences of running sums.
+Meeting FindMeeting(const Amplitudes& amplitudes) {
+  constexpr int kReach_px = static_cast<int>(kChevronReach * kUnit_px);
+  const auto wave = Wave();
+  const int rows = static_cast<int>(amplitudes.size());
+  Amplitudes with{0}, against{0};  // running sums of amplitudes times the wave, and its conjugate
+  for (int y = 0; y < rows; ++y) {
+    with.push_back(with.back() + amplitudes[y] * wave[y % kUnit_px]);
+    against.push_back(against.back() + amplitudes[y] * std::conj(wave[y % kUnit_px]));
   }
   Meeting best;
   for (const bool right : {true, false}) {
-    for (int y0 = kReach_px; y0 + kReach_px < contrast.rows; ++y0) {
-      std::complex<double> sum = 0;
-      for (int dy = -kReach_px; dy <= kReach_px; ++dy) {
-        const std::complex<double>& turn = wave[std::abs(dy) % kUnit_px];
-        sum += amplitude[y0 + dy] * (right ? turn : std::conj(turn));
-      }
+    const Amplitudes &below = right ? with : against, &above = right ? against : with;
+    for (int y0 = kReach_px; y0 + kReach_px < rows; ++y0) {
+      const std::complex<double> turn =
+          right ? wave[y0 % kUnit_px] : std::conj(wave[y0 % kUnit_px]);
+      const std::complex<double> sum = std::conj(turn) * (below[y0 + kReach_px + 1] - below[y0]) +
+                                       turn * (above[y0] - above[y0 - kReach_px]);
       if (std::abs(sum) <= best.score) continue;
       const double x = -std::arg(sum) / (2 * std::numbers::pi) * kUnit_px;
       best = {std::abs(sum), double(y0), x, right};
@@ -157,7 +202,8 @@ Turned BestMeeting(const Patch& patch) {
   Turned best;
   for (const cv::Mat& contrast : patch.contrasts) {
     for (const bool turned : {false, true}) {
-      const Meeting meeting = FindMeeting(turned ? cv::Mat(contrast.t()) : contrast);
+      const Meeting meeting =
+          FindMeeting(turned ? AmplitudesOfColumns(contrast) : AmplitudesOfRows(contrast));
       if (meeting.score <= best.score) continue;
       // Patch px of plane coordinates; the y axis keeps the picture unmirrored.
       const double s = meeting.right ? kUnit_px : -kUnit_px;
@@ -409,10 +455,7 @@ std::optional<FoundChevrons> Refine(const cv::Mat& photo, cv::Matx33d photo_from
 
 }  // namespace
 
-std::optional<FoundChevrons> FindChevrons(const BgrView& photo) {
-  // Frame, labels and texture are combs as well, some of them clearer.
-  constexpr std::size_t kMaxCombs = 40;
-  const std::vector<FoundComb> combs = FindCombs(photo, kMaxCombs);
+std::optional<FoundChevrons> FindChevrons(const BgrView& photo, std::span<const FoundComb> combs) {
   double scale = 1;
   Frame small = ShrinkToFit(photo, kLongestSearched_px, 1e18, scale);
   const cv::Mat bgr(small.height, small.width, CV_8UC3, small.bgr.data());
@@ -502,7 +545,8 @@ std::vector<FoundChevrons> FindChevronPatterns(const BgrView& photo, std::size_t
                            at(area.y + area.height + margin, photo.height) - y};
       constexpr int kSmallest_px = 64;
       if (std::min(crop.width, crop.height) < kSmallest_px) continue;
-      auto found = FindChevrons(Crop(photo, crop));
+      const BgrView part = Crop(photo, crop);
+      auto found = FindChevrons(part, FindCombs(part));
       if (!found) continue;
       found->photo_from_plane = FromMatrix(cv::Matx33d(1, 0, crop.x, 0, 1, crop.y, 0, 0, 1) *
                                            Matrix(found->photo_from_plane));

@@ -2,9 +2,11 @@
 #pragma once
 
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "base/frame.h"
+#include "vision/comb_finder.h"
 #include "vision/image.h"
 
 namespace trammel::vision {
@@ -24,8 +26,10 @@ inline constexpr double kChevronReach = 4.2;
 /// Searches two combs of stripes that meet at right angles, the homography that explains both, and
 /// the row in which they meet; then counts the chevrons.
 /// @param photo  8-bit BGR. REQUIRES at least 16 px each way.
+/// @param combs  of the photo
 /// @returns nothing where there are fewer than 6.
-[[nodiscard]] std::optional<FoundChevrons> FindChevrons(const BgrView& photo);
+[[nodiscard]] std::optional<FoundChevrons> FindChevrons(const BgrView& photo,
+                                                        std::span<const FoundComb> combs);
 
 /// Searches areas of much texture that plate separates, and chevrons in each of them.
 /// @param wanted  number of patterns expected, >= 2; no more are returned.

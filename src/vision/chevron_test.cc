@@ -73,7 +73,7 @@ TEST(ChevronFinder, FindsAllChevronsWhereTheyLie) {
     const cv::Mat picture = Draw(drawing, 1100, 900);
     const BgrView view{picture.data, picture.cols, picture.rows,
                        static_cast<std::ptrdiff_t>(picture.step)};
-    const auto found = FindChevrons(view);
+    const auto found = FindChevrons(view, FindCombs(view));
     ASSERT_TRUE(found.has_value());
     // Spaces beyond the pattern may count as well; the reader tells them by their colour.
     EXPECT_GE(found->count, drawing.count - 1);
@@ -96,9 +96,9 @@ TEST(ChevronFinder, SeesNoneInParallelLinesOrGrain) {
   cv::Mat grain(600, 800, CV_8UC3);
   cv::randu(grain, 0, 255);
   for (const cv::Mat& picture : {lines, grain}) {
-    EXPECT_FALSE(FindChevrons({picture.data, picture.cols, picture.rows,
-                               static_cast<std::ptrdiff_t>(picture.step)})
-                     .has_value());
+    const BgrView view{picture.data, picture.cols, picture.rows,
+                       static_cast<std::ptrdiff_t>(picture.step)};
+    EXPECT_FALSE(FindChevrons(view, FindCombs(view)).has_value());
   }
 }
 

@@ -368,7 +368,7 @@ double Apart_px(const Quad& a, const Quad& b) {
 }
 
 // Adds a comb unless a clearer one was found in the same place; the clearest first.
-void KeepBest(std::vector<FoundComb>& found, std::size_t most, FoundComb comb) {
+void KeepBest(std::vector<FoundComb>& found, FoundComb comb) {
   constexpr double kSame = 0.25;  // relative to a place
   const double place_px =
       Distance_px(comb.corners[1], comb.corners[2]) / (comb.places - 1 + 2 * kAroundComb);
@@ -388,12 +388,12 @@ void KeepBest(std::vector<FoundComb>& found, std::size_t most, FoundComb comb) {
   if (comb.places > 0) found.push_back(comb);
   std::stable_sort(found.begin(), found.end(),
                    [](const FoundComb& a, const FoundComb& b) { return a.weight > b.weight; });
-  if (found.size() > most) found.resize(most);
+  if (found.size() > kMostCombs) found.resize(kMostCombs);
 }
 
 }  // namespace
 
-std::vector<FoundComb> FindCombs(const BgrView& photo, std::size_t most) {
+std::vector<FoundComb> FindCombs(const BgrView& photo) {
   TRAMMEL_CHECK(photo.width >= 16 && photo.height >= 16, "{} x {}", photo.width, photo.height);
   double scale = 1;
   Frame small = ShrinkToFit(photo, kLongestSearched_px, 1e18, scale);
@@ -419,8 +419,8 @@ std::vector<FoundComb> FindCombs(const BgrView& photo, std::size_t most) {
           if (!family) continue;
           std::optional<FoundComb> comb = ToComb(*family, grid);
           if (!comb) continue;
-          if (found.size() == most && comb->weight < found.back().weight) continue;
-          KeepBest(found, most, *comb);
+          if (found.size() == kMostCombs && comb->weight < found.back().weight) continue;
+          KeepBest(found, *comb);
         }
       }
     }

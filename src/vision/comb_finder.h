@@ -16,6 +16,10 @@ inline constexpr double kAroundComb = 3;
 /// Margin beyond the strokes' ends, as a part of their length.
 inline constexpr double kBesideComb = 0.15;
 
+/// Maximum number of combs: frame, labels and texture are combs as well, some of them clearer than
+/// a pattern.
+inline constexpr std::size_t kMostCombs = 40;
+
 /// Strokes on the lines of a pencil, and the part of the plane that contains them.
 struct FoundComb {
   /// Corners of that piece in px of the photo, parts of which may lie outside: the outer two
@@ -31,7 +35,7 @@ struct FoundComb {
 /// channels, lighter and darker than their surroundings, and keeps those that one pencil of lines
 /// explains. Ends of the strokes, bars across them and the picture's border do not matter.
 /// @param photo  8-bit BGR. REQUIRES at least 16 px each way.
-/// @returns the `most` clearest, the clearest first; empty where there is none.
-[[nodiscard]] std::vector<FoundComb> FindCombs(const BgrView& photo, std::size_t most = 8);
+/// @returns up to kMostCombs, the clearest first; empty where there is none.
+[[nodiscard]] std::vector<FoundComb> FindCombs(const BgrView& photo);
 
 }  // namespace trammel::vision

@@ -188,8 +188,7 @@ pressure_advance::PhotoOptions OptionsOf(const PhotoPlan& plan) {
 }
 
 // Measures lines that are named by the plan or by their numbers.
-// @param photo  of which `picture` is reduced
-pressure_advance::PhotoMeasurement MeasureNumbered(const Frame& photo, const Frame& picture,
+pressure_advance::PhotoMeasurement MeasureNumbered(pressure_advance::PhotoSearch& photo,
                                                    PhotoPlan& plan,
                                                    std::vector<std::string>& notices) {
   pressure_advance::PhotoOptions options = OptionsOf(plan);
@@ -197,12 +196,12 @@ pressure_advance::PhotoMeasurement MeasureNumbered(const Frame& photo, const Fra
   constexpr std::size_t kMostUsual = 51;
   if (options.pressure_advance_s.empty()) options.pressure_advance_s.resize(kMostUsual);
   pressure_advance::PhotoMeasurement seen;
-  seen.refusal = CheckPhotoInput(photo.view(), options);
+  seen.refusal = CheckPhotoInput(photo.photo_width_px(), photo.photo_height_px(), options);
   if (!seen.refusal.empty()) return seen;
-  pressure_advance::PhotoLines lines = FindPhotoLines(picture.view(), options);
+  pressure_advance::PhotoLines lines = FindPhotoLines(photo, options);
   if (lines.problem.empty() && WantsNumbers(plan, pressure_advance::PlacesOf(lines.line_pattern))) {
-    seen.refusal = TakeNumbers(ReadLabels(picture.view(), lines, plan.pressure_advance_s), false,
-                               plan, notices);
+    seen.refusal = TakeNumbers(ReadLabels(photo.picture().view(), lines, plan.pressure_advance_s),
+                               false, plan, notices);
     if (!seen.refusal.empty()) {
       seen.outline = lines.corners;
       return seen;
@@ -213,19 +212,26 @@ pressure_advance::PhotoMeasurement MeasureNumbered(const Frame& photo, const Fra
 
 }  // namespace
 
-Result<AnalysisRun> AnalysePhoto(const std::filesystem::path& file, const PhotoPlan& given) {
-  const Frame photo = TRY(machine::ReadPhotoFile(file));
+Result<OpenPhoto> ReadPhotoForSearch(const std::filesystem::path& file) {
+  return OpenPhoto{file, pressure_advance::PhotoSearch(TRY(machine::ReadPhotoFile(file)))};
+}
+
+Result<AnalysisRun> AnalysePhoto(const std::filesystem::path& file, const PhotoPlan& plan) {
+  OpenPhoto photo = TRY(ReadPhotoForSearch(file));
+  return AnalysePhoto(photo, plan);
+}
+
+AnalysisRun AnalysePhoto(OpenPhoto& photo, const PhotoPlan& given) {
+  const std::filesystem::path& file = photo.file;
+  const Frame& picture = photo.search.picture();
   if (given.to_and_fro) {
     return RefusedRun(fmt::format(
         "{}: the lines of this pattern were printed to and fro, which is not read; print them all "
         "in one direction",
         file.string()));
   }
-  double scale = 1;
-  const Frame picture = vision::ShrinkToFit(photo.view(), pressure_advance::kLongestMeasured_px,
-                                            pressure_advance::kMaxMeasured_px, scale);
   if (given.form != PatternForm::kLines) {
-    const auto view = pressure_advance::ViewChevrons(picture.view());
+    const auto view = pressure_advance::ViewChevrons(photo.search);
     // Arms of chevrons are not read as lines.
     if (given.form == PatternForm::kCorners || view.found.count > 0) {
       return AnalyseCorners(picture, file.string(), view, given);
@@ -235,7 +241,7 @@ Result<AnalysisRun> AnalysePhoto(const std::filesystem::path& file, const PhotoP
   const bool numbered = plan.pressure_advance_s.empty();
   if (numbered) plan.framed = false;
   std::vector<std::string> notices;
-  pressure_advance::PhotoMeasurement seen = MeasureNumbered(photo, picture, plan, notices);
+  pressure_advance::PhotoMeasurement seen = MeasureNumbered(photo.search, plan, notices);
   if (!seen.refusal.empty()) {
     AnalysisRun run = RefusedRun(fmt::format("{}: {}", file.string(), seen.refusal));
     run.refused = Kept(picture, OutlineOf(seen, picture));

@@ -13,6 +13,7 @@
 #include "pressure_advance/pattern/pattern_config.h"
 #include "pressure_advance/photo/chevron_reader.h"
 #include "pressure_advance/photo/photo_reader.h"
+#include "pressure_advance/photo/photo_search.h"
 #include "pressure_advance/photo/photo_segments.h"
 #include "pressure_advance/profile/line_profile.h"
 #include "pressure_advance/response/corner_response.h"
@@ -47,6 +48,17 @@ struct PhotoPlan {
 /// gives a refused analysis; a file that is no picture is an error.
 [[nodiscard]] Result<AnalysisRun> AnalysePhoto(const std::filesystem::path& file,
                                                const PhotoPlan& plan);
+
+/// Photo that is analysed by several plans: it is decoded and searched once.
+struct OpenPhoto {
+  std::filesystem::path file;
+  pressure_advance::PhotoSearch search;
+};
+
+/// Errors: a file that is no picture.
+[[nodiscard]] Result<OpenPhoto> ReadPhotoForSearch(const std::filesystem::path& file);
+
+[[nodiscard]] AnalysisRun AnalysePhoto(OpenPhoto& photo, const PhotoPlan& plan);
 
 /// Does the same for the corners in a picture; refused where there are none.
 /// @param picture  in which `view` was found

@@ -118,12 +118,10 @@ Result<std::vector<Row>> MeasureAll(const std::vector<std::string>& photos,
     return rows;
   }
   for (std::size_t i = 0; i < photos.size(); ++i) {
-    const Frame whole = TRY(machine::ReadPhotoFile(photos[i]));
-    double scale = 1;
-    const Frame picture = vision::ShrinkToFit(whole.view(), pressure_advance::kLongestMeasured_px,
-                                              pressure_advance::kMaxMeasured_px, scale);
-    rows.push_back(Measure(picture, photos[i], pressure_advance::ViewChevrons(picture.view()),
-                           patterns[i], print.printed_by));
+    OpenPhoto photo = TRY(ReadPhotoForSearch(photos[i]));
+    rows.push_back(Measure(photo.search.picture(), photos[i],
+                           pressure_advance::ViewChevrons(photo.search), patterns[i],
+                           print.printed_by));
   }
   return rows;
 }

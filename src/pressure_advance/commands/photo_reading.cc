@@ -131,12 +131,12 @@ Result<FoundPlan> Checked(FoundPlan found, const PhotoReading& reading) {
 }
 
 // Measures a photo that names its values itself.
-Result<AnalysisRun> ReadNumbered(const std::string& path, const PhotoReading& reading) {
+Result<AnalysisRun> ReadNumbered(OpenPhoto& photo, const PhotoReading& reading) {
   PhotoPlan plan;
   plan.form = TRY(FormOf(reading.pattern));
   plan.segments = kSlicerSegments;
   TRY(TakeSides(reading, plan));
-  AnalysisRun run = TRY(AnalysePhoto(path, plan));
+  AnalysisRun run = AnalysePhoto(photo, plan);
   if (!run.printed_s.empty()) return run;
   Measured& answer = run.analysis.pressure_advance;
   if (!plan.form) return Fail(NoPlanText(answer.reason()));
@@ -212,17 +212,21 @@ std::string FirstOutput(const ReportFiles& files) {
 Result<AnalysisRun> ReadPhoto(const std::string& path, const PhotoReading& reading,
                               const files::SlicerPrint* print) {
   auto named = TRY(LinesOf(path, reading, print));
-  if (!named) return ReadNumbered(path, reading);
-  const FoundPlan found = TRY(Checked(std::move(*named), reading));
-  AnalysisRun run = TRY(AnalysePhoto(path, found.plan));
+  std::optional<FoundPlan> found;
+  if (named) found = TRY(Checked(std::move(*named), reading));
+  OpenPhoto photo = TRY(ReadPhotoForSearch(path));
+  if (!found) return ReadNumbered(photo, reading);
+  AnalysisRun run = AnalysePhoto(photo, found->plan);
   const bool refused = run.analysis.pressure_advance.verdict() == Verdict::kRefused;
   const bool named_by_hand = !FirstGiven(reading).empty();
   if (refused && !named_by_hand) {
     // The photo may be of another tool's pattern than the print that is noted.
-    Result<AnalysisRun> other = ReadNumbered(path, reading);
+    Result<AnalysisRun> other = ReadNumbered(photo, reading);
     if (other && other->analysis.pressure_advance.verdict() != Verdict::kRefused) return other;
   }
-  if (!run.analysis.corners && !found.notice.empty()) run.analysis.notices.push_back(found.notice);
+  if (!run.analysis.corners && !found->notice.empty()) {
+    run.analysis.notices.push_back(found->notice);
+  }
   return run;
 }
 

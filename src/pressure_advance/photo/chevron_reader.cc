@@ -305,17 +305,17 @@ bool ChevronView::Shows(double x_px, double y_px) const {
   return at.x >= 0 && at.y >= 0 && at.x <= photo_width_px - 1 && at.y <= photo_height_px - 1;
 }
 
-ChevronView ViewChevrons(const BgrView& photo) {
+ChevronView ViewChevrons(PhotoSearch& photo) {
   ChevronView view;
+  const BgrView seen = photo.picture().view();
   constexpr int kSmallest_px = 64;
-  if (std::min(photo.width, photo.height) < kSmallest_px) {
-    view.problem = fmt::format("the photo has {} x {} px", photo.width, photo.height);
+  if (std::min(seen.width, seen.height) < kSmallest_px) {
+    view.problem = fmt::format("the photo has {} x {} px", seen.width, seen.height);
     return view;
   }
-  double scale = 1;
-  const Frame measured = vision::ShrinkToFit(photo, kLongestMeasured_px, kMaxMeasured_px, scale);
-  const BgrView seen = measured.view();
-  if (const auto found = vision::FindChevrons(seen)) return ViewChevrons(seen, *found);
+  if (const auto found = vision::FindChevrons(seen, photo.Combs())) {
+    return ViewChevrons(seen, *found);
+  }
   view.problem =
       "no nested corners are seen. All of the pattern must be in the picture, sharp and without "
       "glare";

@@ -7,6 +7,7 @@
 
 #include "base/frame.h"
 #include "pressure_advance/photo/photo_reader.h"
+#include "pressure_advance/photo/photo_search.h"
 #include "vision/chevron_finder.h"
 #include "vision/image.h"
 
@@ -39,9 +40,8 @@ struct ChevronView {
   [[nodiscard]] bool Shows(double x_px, double y_px) const;
 };
 
-/// Finds the chevrons of a photo and separates filament from plate. Photos above 12 megapixels are
-/// reduced to that.
-[[nodiscard]] ChevronView ViewChevrons(const BgrView& photo);
+/// Finds the chevrons of a photo and separates filament from plate.
+[[nodiscard]] ChevronView ViewChevrons(PhotoSearch& photo);
 /// Does the same for chevrons that were found before. REQUIRES at most 16384 px each way.
 [[nodiscard]] ChevronView ViewChevrons(const BgrView& photo, const vision::FoundChevrons& found);
 

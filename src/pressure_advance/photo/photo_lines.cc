@@ -10,6 +10,7 @@
 #include <map>
 #include <optional>
 #include <ranges>
+#include <span>
 #include <utility>
 #include <vector>
 
@@ -229,9 +230,16 @@ void TakeView(CombView& view, PhotoLines& result) {
   result.line_pattern = std::move(view.line_pattern);
 }
 
+// Returns the combs that are looked at.
+std::span<const vision::FoundComb> Clearest(PhotoSearch& photo) {
+  constexpr std::size_t kMost = 8;
+  const std::span<const vision::FoundComb> combs = photo.Combs();
+  return combs.first(std::min(kMost, combs.size()));
+}
+
 // Selects the views that agree on the number of places: some views miss an outer line or mistake a
 // shadow for one. The list does not decide, as it would select its own error.
-PhotoLines LinesOfComb(const Frame& measured, std::size_t wanted) {
+PhotoLines LinesOfComb(PhotoSearch& photo, std::size_t wanted) {
   struct Seen {
     double sum = 0;  // total strength of all views with this number of places
     std::optional<CombView> clearest;
@@ -241,9 +249,9 @@ PhotoLines LinesOfComb(const Frame& measured, std::size_t wanted) {
   };
   std::map<std::size_t, Seen> by_places;
   std::string problem;
-  const std::vector<vision::FoundComb> combs = vision::FindCombs(measured.view());
-  for (const vision::FoundComb& comb : combs) {
-    std::optional<CombView> view = LookAtComb(measured.view(), comb, ChoosingSize_px(wanted), true);
+  const BgrView measured = photo.picture().view();
+  for (const vision::FoundComb& comb : Clearest(photo)) {
+    std::optional<CombView> view = LookAtComb(measured, comb, ChoosingSize_px(wanted), true);
     if (!view) continue;
     if (!view->line_pattern.problem.empty()) {
       if (problem.empty()) problem = view->line_pattern.problem;
@@ -270,7 +278,7 @@ PhotoLines LinesOfComb(const Frame& measured, std::size_t wanted) {
   }
   CombView& best = *most->second.clearest;
   std::optional<CombView> whole =
-      LookAtComb(measured.view(), *most->second.comb, kLongestRectified_px, true);
+      LookAtComb(measured, *most->second.comb, kLongestRectified_px, true);
   if (whole && whole->line_pattern.problem.empty() &&
       PlacesOf(whole->line_pattern) == most->first) {
     best = std::move(*whole);
@@ -301,14 +309,13 @@ bool HasPlannedLength(const vision::LinePattern& pattern, std::optional<double> 
 // Selects the clearest lines that end side by side, as long as the plan has them. One with the
 // wanted number comes before clearer ones with fewer lines, which miss an outer line; but not
 // before those with more.
-PhotoLines LinesWithoutFrame(const Frame& measured, const PhotoOptions& options) {
+PhotoLines LinesWithoutFrame(PhotoSearch& photo, const PhotoOptions& options) {
   const std::size_t wanted = options.pressure_advance_s.size();
-  const std::vector<vision::FoundComb> combs = vision::FindCombs(measured.view());
+  const BgrView measured = photo.picture().view();
   std::vector<FreeComb> found;
   std::string problem;
-  for (const vision::FoundComb& comb : combs) {
-    std::optional<CombView> view =
-        LookAtComb(measured.view(), comb, ChoosingSize_px(wanted), false);
+  for (const vision::FoundComb& comb : Clearest(photo)) {
+    std::optional<CombView> view = LookAtComb(measured, comb, ChoosingSize_px(wanted), false);
     if (!view) continue;
     const vision::LinePattern& pattern = view->line_pattern;
     if (!pattern.problem.empty()) {
@@ -340,7 +347,7 @@ PhotoLines LinesWithoutFrame(const Frame& measured, const PhotoOptions& options)
   }
   CombView& view = found[best].view;
   std::optional<CombView> whole =
-      LookAtComb(measured.view(), *found[best].comb, kLongestRectified_px, false);
+      LookAtComb(measured, *found[best].comb, kLongestRectified_px, false);
   if (whole && whole->line_pattern.problem.empty() &&
       PlacesOf(whole->line_pattern) == places(found[best])) {
     view = std::move(*whole);
@@ -351,21 +358,20 @@ PhotoLines LinesWithoutFrame(const Frame& measured, const PhotoOptions& options)
 
 }  // namespace
 
-PhotoLines FindPhotoLines(const BgrView& photo, const PhotoOptions& options) {
+PhotoLines FindPhotoLines(PhotoSearch& photo, const PhotoOptions& options) {
   const std::size_t wanted = options.pressure_advance_s.size();
-  double scale = 1;
-  Frame measured = vision::ShrinkToFit(photo, kLongestMeasured_px, kMaxMeasured_px, scale);
   constexpr int kSmallest_px = 16;
   PhotoLines result;
-  if (std::min(measured.width, measured.height) < kSmallest_px) {
-    result.problem = fmt::format("the photo has {} x {} px", photo.width, photo.height);
+  if (std::min(photo.picture().width, photo.picture().height) < kSmallest_px) {
+    result.problem =
+        fmt::format("the photo has {} x {} px", photo.photo_width_px(), photo.photo_height_px());
     return result;
   }
-  const bool grey = vision::IsGrey(measured.view());
-  if (grey) measured = vision::WithTexture(measured.view());
-  result = options.framed ? LinesInFrame(measured, wanted) : LinesWithoutFrame(measured, options);
+  PhotoSearch& coloured = photo.InColours();
+  result = options.framed ? LinesInFrame(coloured.picture(), wanted)
+                          : LinesWithoutFrame(coloured, options);
   if (options.framed && (!result.problem.empty() || !HasPlaces(result.line_pattern, wanted))) {
-    PhotoLines comb = LinesOfComb(measured, wanted);
+    PhotoLines comb = LinesOfComb(coloured, wanted);
     if (comb.problem.empty()) DropLoneBars(comb.line_pattern, wanted);
     // A frame with another number of lines is closed by the picture's border, or a part.
     if (comb.problem.empty() && (!result.problem.empty() || comb.line_pattern.rungs.size() >=
@@ -373,10 +379,7 @@ PhotoLines FindPhotoLines(const BgrView& photo, const PhotoOptions& options) {
       result = std::move(comb);
     }
   }
-  if (grey) vision::DropTexture(result.picture);
-  for (vision::PointPx& p : result.corners) {
-    p = {(p.x + 0.5) / scale - 0.5, (p.y + 0.5) / scale - 0.5};
-  }
+  if (&coloured != &photo) vision::DropTexture(result.picture);
   return result;
 }
 

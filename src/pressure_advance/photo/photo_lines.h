@@ -5,6 +5,7 @@
 
 #include "base/frame.h"
 #include "pressure_advance/photo/photo_reader.h"
+#include "pressure_advance/photo/photo_search.h"
 #include "vision/image.h"
 #include "vision/line_pattern.h"
 
@@ -12,8 +13,9 @@ namespace trammel::pressure_advance {
 
 struct PhotoLines {
   std::string problem;   ///< why there is no pattern, and the remedy; empty if there is one
-  vision::Quad corners;  ///< in px of the photo, top left, top right, bottom right, bottom left of
-                         ///< `picture`: outer corners of the frame, or of the lines' surroundings
+  vision::Quad corners;  ///< in px of PhotoSearch::picture, top left, top right, bottom right,
+                         ///< bottom left of `picture`: outer corners of the frame, or of the lines'
+                         ///< surroundings
   Frame picture;         ///< the pattern straight from above with some plate around, lines
                          ///< along the rows; never mirrored
   vision::GrayImage contrast;        ///< same size: filament higher than plate
@@ -28,8 +30,7 @@ struct PhotoLines {
 /// @param options  with at least 2 values: the number of lines expected; another number is found
 /// and
 ///     reported as well.
-/// REQUIRES a photo of at least 16 px each way.
-[[nodiscard]] PhotoLines FindPhotoLines(const BgrView& photo, const PhotoOptions& options);
+[[nodiscard]] PhotoLines FindPhotoLines(PhotoSearch& photo, const PhotoOptions& options);
 
 /// Counts the places for lines in a line pattern: its rungs and the empty places between them.
 [[nodiscard]] std::size_t PlacesOf(const vision::LinePattern& line_pattern);

@@ -40,17 +40,11 @@ std::string CheckOptions(const PhotoOptions& options) {
   return {};
 }
 
-std::string CheckPhoto(const BgrView& photo) {
+std::string CheckPhoto(int width_px, int height_px) {
   constexpr int kSmallest_px = 100;
-  if (photo.data == nullptr || photo.width < kSmallest_px || photo.height < kSmallest_px) {
-    return fmt::format("the photo has {} x {} px; at least {} each way are needed", photo.width,
-                       photo.height, kSmallest_px);
-  }
-  const long long pixels = static_cast<long long>(photo.width) * photo.height;
-  if (pixels > kLargestPhotoPx) {
-    return fmt::format(
-        "the photo has {} x {} px = {} megapixels, more than the {} that are read; shrink it",
-        photo.width, photo.height, pixels / 1'000'000, kLargestPhotoPx / 1'000'000);
+  if (std::min(width_px, height_px) < kSmallest_px) {
+    return fmt::format("the photo has {} x {} px; at least {} each way are needed", width_px,
+                       height_px, kSmallest_px);
   }
   return {};
 }
@@ -362,16 +356,9 @@ double PictureSigma(double blur) {
   return kPerSquare * blur * blur;
 }
 
-std::string CheckPhotoInput(const BgrView& photo, const PhotoOptions& options) {
+std::string CheckPhotoInput(int width_px, int height_px, const PhotoOptions& options) {
   std::string problem = CheckOptions(options);
-  return problem.empty() ? CheckPhoto(photo) : problem;
-}
-
-PhotoMeasurement MeasurePhoto(const BgrView& photo, const PhotoOptions& options) {
-  PhotoMeasurement measurement;
-  measurement.refusal = CheckPhotoInput(photo, options);
-  if (!measurement.refusal.empty()) return measurement;
-  return MeasurePhotoLines(FindPhotoLines(photo, options), options);
+  return problem.empty() ? CheckPhoto(width_px, height_px) : problem;
 }
 
 PhotoMeasurement MeasurePhotoLines(PhotoLines&& seen, const PhotoOptions& options) {

@@ -81,37 +81,23 @@ struct PhotoMeasurement {
 /// original.
 [[nodiscard]] double PictureSigma(double blur);
 
-/// Maximum size of a photo, in pixels: twice that of a 100-megapixel camera.
-inline constexpr long long kLargestPhotoPx = 200'000'000;
+struct PhotoLines;
 
-/// Photos are measured with no more px than these. Sufficient: lines of 20 px are read to a percent
-/// of their width.
-inline constexpr double kMaxMeasured_px = 12e6;
-inline constexpr int kLongestMeasured_px = 6000;
-
-/// Finds the printed lines, rectifies them to a top view, and measures their width along their
-/// length.
+/// Measures the width of lines along their length.
 ///
 /// Assumes a rectangular printed frame whose two long bars the lines connect, and lines of equal
 /// spacing between two further bars. The filament must differ from the plate in colour or
 /// brightness. The pattern may be rotated, tilted and mirrored in any way. The frame and the lines'
 /// ends may leave the photo: one of the two long bars must be visible beside some of the lines, and
 /// both speed changes in enough of them.
-/// @param photo    8-bit BGR, shape (height, width, 3). May be empty or without a pattern: refused.
-/// @param options  Validated; an impossible value is rejected with the field, the value and the
-/// bound.
+/// @param lines    as FindPhotoLines returns them, with the same options but for values and sides;
+/// a
+///     problem is refused
 /// Accuracy: photo_eye_test and photo_comb_test have the bounds on synthetic patterns.
-/// Cost: about 1 s of one core for 2 megapixels, 5 s for 100, twice as much without a whole frame;
-/// about 40 bytes of memory per pixel, and no more than 0.5 GB beside the photo, since larger ones
-/// are reduced to 12 megapixels.
-[[nodiscard]] PhotoMeasurement MeasurePhoto(const BgrView& photo, const PhotoOptions& options);
-
-struct PhotoLines;
-
-/// Does the same for lines that were found before, with the same options but for values and sides.
 [[nodiscard]] PhotoMeasurement MeasurePhotoLines(PhotoLines&& lines, const PhotoOptions& options);
 
-/// Empty if a photo's size and the options can be measured; else the problem.
-[[nodiscard]] std::string CheckPhotoInput(const BgrView& photo, const PhotoOptions& options);
+/// Empty if a photo of this size can be measured with the options; else the problem: the field, the
+/// value and the bound.
+[[nodiscard]] std::string CheckPhotoInput(int width_px, int height_px, const PhotoOptions& options);
 
 }  // namespace trammel::pressure_advance

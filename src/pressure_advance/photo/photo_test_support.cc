@@ -8,6 +8,8 @@
 
 #include "base/random.h"
 #include "base/statistics.h"
+#include "pressure_advance/photo/photo_lines.h"
+#include "pressure_advance/photo/photo_search.h"
 
 namespace trammel::pressure_advance {
 namespace {
@@ -127,6 +129,15 @@ PhotoOptions OptionsFor(const DrawnPhoto& photo) {
   options.slow_after = photo.slow_after;
   options.corner_mark = photo.corner_mark;
   return options;
+}
+
+PhotoMeasurement MeasurePhoto(const BgrView& photo, const PhotoOptions& options) {
+  PhotoMeasurement measurement;
+  measurement.refusal = CheckPhotoInput(photo.width, photo.height, options);
+  if (!measurement.refusal.empty()) return measurement;
+  double scale = 1;
+  PhotoSearch search(vision::ShrinkToFit(photo, std::max(photo.width, photo.height), 1e18, scale));
+  return MeasurePhotoLines(FindPhotoLines(search, options), options);
 }
 
 cv::Mat ToMat(const Frame& frame) {

@@ -54,6 +54,9 @@ struct DrawnPhoto {
 [[nodiscard]] DrawnPhoto Usual();
 [[nodiscard]] PhotoOptions OptionsFor(const DrawnPhoto& photo);
 
+/// Measures the lines of a photo, or refuses it.
+[[nodiscard]] PhotoMeasurement MeasurePhoto(const BgrView& photo, const PhotoOptions& options);
+
 [[nodiscard]] cv::Mat ToMat(const Frame& frame);
 [[nodiscard]] BgrView View(const cv::Mat& image);
 
