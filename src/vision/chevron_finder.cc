@@ -22,6 +22,7 @@ namespace {
 
 constexpr int kLongestSearched_px = 1600;
 constexpr int kUnit_px = 20;  // of the rectified picture, per spacing
+constexpr int kReach_px = static_cast<int>(kChevronReach * kUnit_px);
 constexpr int kFewestChevrons = 6;
 constexpr int kLargestExtent = 60;  // spacings
 
@@ -96,6 +97,7 @@ std::optional<Patch> RectifyAround(const cv::Mat& photo, const cv::Matx33d& plan
   const cv::Size size(static_cast<int>((x1 - x0) * kUnit_px) + 1,
                       static_cast<int>((y1 - y0) * kUnit_px) + 1);
   const cv::Matx33d plane_from_patch(1.0 / kUnit_px, 0, x0, 0, 1.0 / kUnit_px, y0, 0, 0, 1);
+  if (std::max(size.width, size.height) <= 2 * kReach_px) return std::nullopt;
   Patch patch;
   patch.photo_from_patch = plane_from_photo.inv() * plane_from_patch;
   cv::Mat rectified;
@@ -166,7 +168,6 @@ Amplitudes AmplitudesOfColumns(const cv::Mat& contrast) {
 // Compares each row's phase with that of chevrons around it: sums over the rows on either side,
 // turned by a phase that grows with the distance, are differences of running sums.
 Meeting FindMeeting(const Amplitudes& amplitudes) {
-  constexpr int kReach_px = static_cast<int>(kChevronReach * kUnit_px);
   const auto wave = Wave();
   const int rows = static_cast<int>(amplitudes.size());
   Amplitudes with{0}, against{0};  // running sums of amplitudes times the wave, and its conjugate

@@ -37,29 +37,50 @@ std::vector<cv::Mat> ColourChannels(const cv::Mat& bgr) {
 }
 
 cv::Mat LocalContrast(const cv::Mat& channel, double smooth_px, int window_px) {
-  cv::Mat value, smooth, mean, spread;
-  channel.convertTo(value, CV_32F);
-  cv::GaussianBlur(value, smooth, {}, smooth_px);
+  cv::Mat contrast, squares, spread;
+  channel.convertTo(contrast, CV_32F);
+  cv::GaussianBlur(contrast, contrast, {}, smooth_px);
   const cv::Size window(window_px, window_px);
-  cv::blur(smooth, mean, window, {-1, -1}, cv::BORDER_REFLECT);
-  const cv::Mat difference = smooth - mean;
-  cv::blur(difference.mul(difference), spread, window, {-1, -1}, cv::BORDER_REFLECT);
-  cv::sqrt(spread, spread);
-  constexpr double kGrain = 1.0;  // levels: below it there is nothing but rounding
-  return difference / cv::max(spread, kGrain);
+  cv::blur(contrast, squares, window, {-1, -1}, cv::BORDER_REFLECT);
+  for (int y = 0; y < contrast.rows; ++y) {
+    float *difference = contrast.ptr<float>(y), *square = squares.ptr<float>(y);  // of the mean
+    for (int x = 0; x < contrast.cols; ++x) {
+      difference[x] -= square[x];
+      square[x] = difference[x] * difference[x];
+    }
+  }
+  cv::blur(squares, spread, window, {-1, -1}, cv::BORDER_REFLECT);
+  constexpr float kGrain = 1;  // levels: below it there is nothing but rounding
+  for (int y = 0; y < contrast.rows; ++y) {
+    float* difference = contrast.ptr<float>(y);
+    const float* variance = spread.ptr<float>(y);
+    for (int x = 0; x < contrast.cols; ++x) {
+      // At most a rounding below 0, which is the grain's as well.
+      difference[x] /= std::sqrt(std::max(variance[x], kGrain));
+    }
+  }
+  return contrast;
 }
 
 namespace {
 
 // Returns the standard deviation of brightness about its local mean, in units of 1 / gain levels.
+// Works in bands of rows that stay in the processor's cache, with the rows around them that count.
 cv::Mat Spread(const cv::Mat& grey, double sigma_px, double gain) {
-  cv::Mat value, mean, spread, levels;
-  grey.convertTo(value, CV_32F);
-  cv::GaussianBlur(value, mean, {}, sigma_px);
-  value -= mean;
-  cv::GaussianBlur(value.mul(value), spread, {}, sigma_px);
-  cv::sqrt(spread, spread);
-  spread.convertTo(levels, CV_8U, gain);
+  constexpr int kBandRows = 64;
+  const int reach = 2 * static_cast<int>(std::ceil(4 * sigma_px) + 1);  // OpenCV's kernels, twice
+  cv::Mat levels(grey.size(), CV_8U);
+  for (int begin = 0; begin < grey.rows; begin += kBandRows) {
+    const int end = std::min(grey.rows, begin + kBandRows);
+    const int from = std::max(0, begin - reach), to = std::min(grey.rows, end + reach);
+    cv::Mat value, mean, spread;
+    grey.rowRange(from, to).convertTo(value, CV_32F);
+    cv::GaussianBlur(value, mean, {}, sigma_px);
+    value -= mean;
+    cv::GaussianBlur(value.mul(value), spread, {}, sigma_px);
+    cv::sqrt(spread, spread);
+    spread.rowRange(begin - from, end - from).convertTo(levels.rowRange(begin, end), CV_8U, gain);
+  }
   return levels;
 }
 
