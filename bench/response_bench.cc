@@ -1,14 +1,20 @@
 // Time of a laser scan's answer once its lines are read: the response fit with and without the
-// storage model, learnt from whole profiles.
+// storage model, learnt from whole profiles; and of reading a photo of another tool's pattern.
 #include <benchmark/benchmark.h>
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 #include <vector>
 
 #include "base/random.h"
 #include "pressure_advance/pattern/pattern_config.h"
+#include "pressure_advance/photo/chevron_reader.h"
+#include "pressure_advance/photo/photo_labels.h"
+#include "pressure_advance/photo/photo_lines.h"
+#include "pressure_advance/photo/photo_search.h"
 #include "pressure_advance/response/response.h"
+#include "sim/slicer_patterns/drawn_pattern_photo.h"
 
 namespace trammel::pressure_advance {
 namespace {
@@ -73,6 +79,32 @@ BENCHMARK_CAPTURE(Response, paper, PatternPreset::kPaper, true)->Unit(benchmark:
 BENCHMARK_CAPTURE(Response, quick_crossings, PatternPreset::kQuick, false)
     ->Unit(benchmark::kMillisecond);
 BENCHMARK_CAPTURE(Response, paper_crossings, PatternPreset::kPaper, false)
+    ->Unit(benchmark::kMillisecond);
+
+// Searches chevrons, then lines, and reads corners or widths and the printed numbers, as pa photo
+// does without any option; decoding is not included. Seed 1: a virtual photo of 12 megapixels.
+void OtherToolsPhoto(benchmark::State& state, sim::PatternKind kind) {
+  const auto world = sim::DrawPatternPhoto(kind, 1, {});
+  for (auto _ : state) {
+    PhotoSearch photo(world->photo);
+    const ChevronView view = ViewChevrons(photo);
+    if (view.problem.empty()) {
+      benchmark::DoNotOptimize(ReadChevrons(view, 1));
+      benchmark::DoNotOptimize(ReadLabels(photo.picture().view(), view));
+      continue;
+    }
+    PhotoOptions options;
+    options.pressure_advance_s = world->values;
+    options.framed = false;
+    PhotoLines lines = FindPhotoLines(photo, options);
+    if (!lines.problem.empty()) continue;
+    benchmark::DoNotOptimize(ReadLabels(photo.picture().view(), lines));
+    benchmark::DoNotOptimize(MeasurePhotoLines(std::move(lines), options));
+  }
+}
+BENCHMARK_CAPTURE(OtherToolsPhoto, chevrons, sim::PatternKind::kOrcaPattern)
+    ->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(OtherToolsPhoto, lines, sim::PatternKind::kOrcaLine)
     ->Unit(benchmark::kMillisecond);
 
 }  // namespace
