@@ -3,7 +3,6 @@
 
 #include <optional>
 #include <span>
-#include <vector>
 
 #include "base/frame.h"
 #include "vision/comb_finder.h"
@@ -30,11 +29,5 @@ inline constexpr double kChevronReach = 4.2;
 /// @returns nothing where there are fewer than 6.
 [[nodiscard]] std::optional<FoundChevrons> FindChevrons(const BgrView& photo,
                                                         std::span<const FoundComb> combs);
-
-/// Searches areas of much texture that plate separates, and chevrons in each of them.
-/// @param wanted  number of patterns expected, >= 2; no more are returned.
-/// @returns each in px of the photo, the largest areas first.
-[[nodiscard]] std::vector<FoundChevrons> FindChevronPatterns(const BgrView& photo,
-                                                             std::size_t wanted);
 
 }  // namespace trammel::vision

@@ -19,12 +19,12 @@ namespace {
 
 using namespace pressure_advance;
 
-// Picture as half of its width, and pairs of a run's length and its colour: 3 bits of red and
-// green, 2 of blue.
+// Picture as its even width, and pairs of a run's length and its colour: 3 bits of red and green, 2
+// of blue.
 Frame PictureOf(std::string_view text) {
   constexpr std::size_t kMaxPixels = 120 * 120;
   if (text.empty()) return {};
-  const auto width = std::size_t{2} * static_cast<std::uint8_t>(text[0]);
+  const auto width = static_cast<std::size_t>(static_cast<std::uint8_t>(text[0]) & ~1U);
   std::vector<std::uint8_t> bgr;
   for (std::size_t i = 1; i + 1 < text.size() && bgr.size() < 3 * kMaxPixels; i += 2) {
     const unsigned colour = static_cast<std::uint8_t>(text[i + 1]);
@@ -45,17 +45,20 @@ Frame PictureOf(std::string_view text) {
   return frame;
 }
 
-// Chevrons and lines, with and without a frame, in one small photo.
+// Chevrons in a small photo, or lines with and without a frame. Each alone, as a search takes a
+// second with the sanitizers: an odd first byte selects chevrons.
 FUZZ_TARGET(photo_pattern)(std::string_view text) {
   PhotoSearch photo(PictureOf(text));
-  const ChevronView view = ViewChevrons(photo);
-  if (view.problem.empty()) {
+  if (!text.empty() && text[0] % 2 != 0) {
+    const ChevronView view = ViewChevrons(photo);
+    if (!view.problem.empty()) return;
     Require(view.found.count >= 6, "chevrons are counted");
     const auto readings = ReadChevrons(view, 1);
     Require(readings.size() == static_cast<std::size_t>(view.found.count), "each corner is read");
     for (const ChevronReading& reading : readings) {
       Require(!reading.unusable.empty() || std::isfinite(reading.surplus), "a surplus is a number");
     }
+    return;
   }
   PhotoOptions options;
   options.pressure_advance_s = {0, 0.01, 0.02, 0.03, 0.04, 0.05};

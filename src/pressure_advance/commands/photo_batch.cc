@@ -15,6 +15,7 @@
 #include "machine/camera/phone_picture.h"
 #include "pressure_advance/commands/conditions_run.h"
 #include "pressure_advance/files/orca_profile.h"
+#include "pressure_advance/photo/plate_patterns.h"
 #include "pressure_advance/report/analysis_json.h"
 
 namespace trammel::app {
@@ -22,64 +23,6 @@ namespace {
 
 using files::SlicerPattern;
 using pressure_advance::ChevronView;
-using vision::FoundChevrons;
-
-vision::PointPx CentreOf(const FoundChevrons& found) {
-  return found.photo_from_plane({(found.count - 1) / 2.0, 0});
-}
-
-// Returns the place of pattern `other` in the photo if `found` is pattern `one`.
-vision::PointPx PlaceOf(const SlicerPattern& other, const SlicerPattern& one,
-                        const FoundChevrons& found) {
-  const double x = (other.x_mm - one.x_mm) / one.spacing_mm;
-  const double y = (other.y_mm - one.y_mm) / one.spacing_mm;
-  const double c = std::cos(one.heading_rad), s = std::sin(one.heading_rad);
-  // The bed's y points up, the photo's down.
-  return found.photo_from_plane({(found.count - 1) / 2.0 + c * x + s * y, s * x - c * y});
-}
-
-// Names the patterns of a photo by their places: returns, for each of them, the pattern of the
-// file.
-Result<std::vector<std::size_t>> Named(const std::vector<FoundChevrons>& found,
-                                       const std::vector<SlicerPattern>& patterns) {
-  if (found.size() != patterns.size()) {
-    return Fail(fmt::format("{} patterns of corners are seen, and the file holds {}: take a photo "
-                            "of all of them, or one of each in the order of their places",
-                            found.size(), patterns.size()),
-                ErrorKind::kMeasurement);
-  }
-  std::vector<std::vector<std::size_t>> fits;
-  for (std::size_t one = 0; one < patterns.size(); ++one) {
-    // Supposes that the first pattern of the photo is this one.
-    const auto& anchor = found.front();
-    const vision::PointPx from = CentreOf(anchor);
-    std::vector<std::size_t> names(found.size(), patterns.size());
-    bool all = true;
-    for (std::size_t other = 0; all && other < patterns.size(); ++other) {
-      const vision::PointPx expected = PlaceOf(patterns[other], patterns[one], anchor);
-      const double far = vision::Distance_px(expected, from);
-      const auto away = [&](const FoundChevrons& candidate) {
-        return vision::Distance_px(CentreOf(candidate), expected);
-      };
-      const auto nearest = std::ranges::min_element(found, {}, away);
-      // Perspective is extrapolated from one pattern.
-      constexpr double kAway = 0.12, kSpacings = 2;
-      const double spacing =
-          vision::Distance_px(anchor.photo_from_plane({0, 0}), anchor.photo_from_plane({1, 0}));
-      const auto index = static_cast<std::size_t>(nearest - found.begin());
-      all = away(*nearest) < kAway * far + kSpacings * spacing && names[index] == patterns.size();
-      if (all) names[index] = other;
-    }
-    if (all) fits.push_back(std::move(names));
-  }
-  if (fits.size() != 1) {
-    return Fail(fmt::format("the patterns in the photo {} the places in the file: is it the file "
-                            "that was printed, and is the photo not mirrored?",
-                            fits.empty() ? "do not have" : "fit more than one order of"),
-                ErrorKind::kMeasurement);
-  }
-  return fits.front();
-}
 
 // Answer of one pattern.
 struct Row {
@@ -107,14 +50,19 @@ Result<std::vector<Row>> MeasureAll(const std::vector<std::string>& photos,
     }
     double scale = 1;
     const Frame picture = vision::ShrinkToFit(whole.view(), kLongest_px, kLargest_px, scale);
-    auto found = vision::FindChevronPatterns(picture.view(), patterns.size());
-    const auto names = TRY(Named(found, patterns));
-    for (std::size_t i = 0; i < found.size(); ++i) {
-      rows.push_back(Measure(picture, photos.front(),
-                             pressure_advance::ViewChevrons(picture.view(), found[i]),
-                             patterns[names[i]], print.printed_by));
+    std::vector<pressure_advance::PlatePattern> places;
+    for (const SlicerPattern& p : patterns) {
+      places.push_back({static_cast<int>(p.pressure_advance_s.size()), p.spacing_mm, p.x_mm, p.y_mm,
+                        p.heading_rad});
     }
-    std::ranges::sort(rows, {}, &Row::pattern);
+    const auto plate = pressure_advance::FindPlatePatterns(picture.view(), places);
+    if (!plate.problem.empty()) return Fail(plate.problem, ErrorKind::kMeasurement);
+    for (std::size_t i = 0; i < patterns.size(); ++i) {
+      ChevronView view;
+      view.problem = "this pattern is not seen; a photo of it alone may show more";
+      if (plate.found[i]) view = pressure_advance::ViewChevrons(picture.view(), *plate.found[i]);
+      rows.push_back(Measure(picture, photos.front(), view, patterns[i], print.printed_by));
+    }
     return rows;
   }
   for (std::size_t i = 0; i < photos.size(); ++i) {
