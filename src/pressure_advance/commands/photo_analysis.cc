@@ -17,10 +17,6 @@ namespace trammel::app {
 using pressure_advance::ChevronView;
 using pressure_advance::LineMotion;
 
-namespace {
-
-// A photo shows the positions of the speed changes: nearer the truth than the plan's fractions,
-// because part of each line is under the frame.
 LineMotion MotionSeen(const PhotoPlan& plan, const pressure_advance::PhotoMeasurement& seen,
                       std::vector<std::string>& notices) {
   LineMotion motion;
@@ -28,27 +24,30 @@ LineMotion MotionSeen(const PhotoPlan& plan, const pressure_advance::PhotoMeasur
   motion.length_mm = plan.length_mm;
   motion.acceleration_mm_s2 = plan.acceleration_mm_s2;
   if (!seen.segments || plan.segments.size() != 3) return motion;
-  double begin = seen.segments->fast_begin;
-  double end = seen.segments->fast_end;
-  const double planned_end = plan.segments[0].fraction + plan.segments[1].fraction;
-  constexpr double kFarFromPlan = 0.05;
-  if (std::abs(begin - plan.segments[0].fraction) > kFarFromPlan ||
-      std::abs(end - planned_end) > kFarFromPlan) {
-    notices.push_back(fmt::format(
-        "the lines change speed at {:.2f} and {:.2f} of their length, the segments say {:.2f} and "
-        "{:.2f}: what was seen is used",
-        begin, end, plan.segments[0].fraction, planned_end));
-  }
+  double begin = seen.segments->fast_begin, end = seen.segments->fast_end;
+  const double planned_begin = plan.segments[0].fraction;
+  const double planned_end = planned_begin + plan.segments[1].fraction;
   // A late start moves both towards the start, and ramps of a known length are no part of that.
   if (motion.length_mm) {
-    begin = std::min(begin, plan.segments[0].fraction);
+    begin = std::min(begin, planned_begin);
     end = std::min(end, planned_end);
+  }
+  constexpr double kFarFromPlan = 0.05;
+  if (std::abs(seen.segments->fast_begin - planned_begin) > kFarFromPlan ||
+      std::abs(seen.segments->fast_end - planned_end) > kFarFromPlan) {
+    notices.push_back(fmt::format(
+        "the lines change speed at {:.2f} and {:.2f} of their length in the photo, and at {:.2f} "
+        "and {:.2f} by the segments: {:.2f} and {:.2f} are used",
+        seen.segments->fast_begin, seen.segments->fast_end, planned_begin, planned_end, begin,
+        end));
   }
   motion.segments[0].fraction = begin;
   motion.segments[1].fraction = end - begin;
   motion.segments[2].fraction = 1 - end;
   return motion;
 }
+
+namespace {
 
 // Keeps a refused photo, reduced, for the report.
 report::RefusedPhoto Kept(const Frame& photo, std::vector<vision::PointPx> outline) {

@@ -42,6 +42,14 @@ struct PhotoPlan {
   std::optional<double> spacing_mm = {};       ///< between corners; absent: that of the usual tools
 };
 
+/// Returns the plan's motion with the speed changes where the photo shows them: nearer the truth
+/// than the plan's fractions, because part of each line is under the frame. Lines of a known length
+/// may start late, so that theirs are not moved towards the end.
+/// @param notices  takes the places that are used, if the photo shows others than the plan
+[[nodiscard]] pressure_advance::LineMotion MotionSeen(
+    const PhotoPlan& plan, const pressure_advance::PhotoMeasurement& seen,
+    std::vector<std::string>& notices);
+
 /// Analyses a photo of a printed pattern (JPEG, PNG, WebP or HEIC). Without values in the plan,
 /// reads the numbers printed beside it, and says so in notices; with values of another tool's
 /// pattern, refuses numbers that clearly differ. A photo in which the pattern cannot be measured

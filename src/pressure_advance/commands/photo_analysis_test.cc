@@ -1,0 +1,44 @@
+#include "pressure_advance/commands/photo_analysis.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+namespace trammel::app {
+namespace {
+
+using pressure_advance::PhotoMeasurement;
+using ::testing::AllOf;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+
+PhotoMeasurement ChangesAt(double begin, double end) {
+  PhotoMeasurement seen;
+  seen.segments = {.fast_begin = begin, .fast_end = end};
+  return seen;
+}
+
+TEST(MotionSeen, TheNoticeNamesThePlacesThatAreUsed) {
+  PhotoPlan plan;
+  plan.segments = {{0.25, 20}, {0.5, 100}, {0.25, 20}};
+  std::vector<std::string> notices;
+  auto motion = MotionSeen(plan, ChangesAt(0.35, 0.85), notices);
+  EXPECT_DOUBLE_EQ(motion.segments[0].fraction, 0.35);
+  EXPECT_DOUBLE_EQ(motion.segments[2].fraction, 1 - 0.85);
+  EXPECT_THAT(notices, ElementsAre(HasSubstr("0.35 and 0.85 are used")));
+
+  // Of a known length, what the photo shows later than the plan is a ramp.
+  plan.length_mm = 80;
+  notices.clear();
+  motion = MotionSeen(plan, ChangesAt(0.35, 0.7), notices);
+  EXPECT_DOUBLE_EQ(motion.segments[0].fraction, 0.25);
+  EXPECT_DOUBLE_EQ(motion.segments[1].fraction, 0.7 - 0.25);
+  EXPECT_THAT(notices, ElementsAre(AllOf(HasSubstr("0.35 and 0.70 of their length in the photo"),
+                                         HasSubstr("0.25 and 0.70 are used"))));
+  notices.clear();
+  motion = MotionSeen(plan, ChangesAt(0.28, 0.73), notices);
+  EXPECT_THAT(notices, IsEmpty());
+}
+
+}  // namespace
+}  // namespace trammel::app
