@@ -72,7 +72,7 @@ Result<int> RunLocalAnalysis(const LocalAnalysis& arguments) {
     return Fail("several photos need the G-code that was printed (--gcode)");
   }
   std::optional<files::SlicerPrint> print;
-  if (!gcode.empty()) print = TRY(files::ReadSlicerGcode(gcode));
+  if (!gcode.empty()) print = TRY(files::ReadSlicerGcode(gcode, arguments.photo.plate));
   if (print && (print->patterns.size() > 1 || !arguments.more.empty())) {
     if (const std::string option = FirstOutput(arguments.output.files); !option.empty()) {
       return Fail(
@@ -80,7 +80,7 @@ Result<int> RunLocalAnalysis(const LocalAnalysis& arguments) {
     }
     std::vector<std::string> photos = arguments.more;
     photos.insert(photos.begin(), arguments.path);
-    return RunPhotoBatch(photos, *print, arguments.output.json);
+    return RunPhotoBatch(photos, gcode, *print, arguments.output.json);
   }
   TRY(CheckOutputs(arguments.output.files));
   const SlowWork work("analysing " + arguments.path);

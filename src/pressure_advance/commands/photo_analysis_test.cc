@@ -3,6 +3,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "pressure_advance/commands/photo_batch.h"
+
 namespace trammel::app {
 namespace {
 
@@ -38,6 +40,25 @@ TEST(MotionSeen, TheNoticeNamesThePlacesThatAreUsed) {
   notices.clear();
   motion = MotionSeen(plan, ChangesAt(0.28, 0.73), notices);
   EXPECT_THAT(notices, IsEmpty());
+}
+
+TEST(PhotoBatch, SeveralPatternsOfLinesAreNamedByTheirPlatesOrPlaces) {
+  files::SlicerPrint print;
+  print.patterns.resize(2);
+  print.patterns[0].pressure_advance_s = {0, 0.05, 0.1};
+  print.patterns[1].pressure_advance_s = {0, 0.02, 0.04, 0.06};
+  print.patterns[1].x_mm = 150;
+  const auto message_of = [&] {
+    const auto run = RunPhotoBatch({"photo.jpg"}, "print.gcode.3mf", print, false);
+    return run ? std::string() : run.error().message;
+  };
+  EXPECT_THAT(message_of(),
+              AllOf(HasSubstr("print.gcode.3mf"), HasSubstr("x 0, y 0 mm: 3 lines from 0 to 0.1 s"),
+                    HasSubstr("x 150, y 0 mm: 4 lines from 0 to 0.06 s"), HasSubstr("--pa")));
+  print.patterns[0].plate = "plate_1";
+  print.patterns[1].plate = "plate_3";
+  EXPECT_THAT(message_of(), AllOf(HasSubstr("plate_1: 3 lines from 0 to 0.1 s"),
+                                  HasSubstr("plate_3: 4 lines"), HasSubstr("--plate plate_1")));
 }
 
 }  // namespace

@@ -113,6 +113,33 @@ void Print(const Row& row) {
                            : fmt::format("{}: {}", VerdictText(answer.verdict()), answer.reason()));
 }
 
+// Names the first patterns by plate, kind, number and range.
+std::string ListOf(const std::vector<SlicerPattern>& patterns) {
+  constexpr std::size_t kMostNamed = 8;
+  std::string list;
+  for (std::size_t i = 0; i < std::min(patterns.size(), kMostNamed); ++i) {
+    const SlicerPattern& pattern = patterns[i];
+    const std::string place = pattern.plate.empty()
+                                  ? fmt::format("x {:.0f}, y {:.0f} mm", pattern.x_mm, pattern.y_mm)
+                                  : pattern.plate;
+    list += fmt::format("{}{}: {} {} from {:g} to {:g} s", list.empty() ? "" : "; ", place,
+                        pattern.pressure_advance_s.size(),
+                        pattern.form == PatternForm::kLines ? "lines" : "corners",
+                        pattern.pressure_advance_s.front(), pattern.pressure_advance_s.back());
+  }
+  return patterns.size() > kMostNamed ? list + "; …" : list;
+}
+
+// Returns how to name one of several patterns: by its plate, else by its values.
+std::string HowToChoose(const std::vector<SlicerPattern>& patterns) {
+  const SlicerPattern& first = patterns.front();
+  if (!first.plate.empty() && patterns.back().plate != first.plate) {
+    return fmt::format("name the plate that the photo shows, such as --plate {}", first.plate);
+  }
+  return "photograph one alone, and give its values in place of the file: --pattern orca-line --pa "
+         "START:END:STEP";
+}
+
 }  // namespace
 
 PhotoPlan PhotoPlanOf(const SlicerPattern& pattern,
@@ -135,12 +162,14 @@ PhotoPlan PhotoPlanOf(const SlicerPattern& pattern,
   return plan;
 }
 
-Result<int> RunPhotoBatch(const std::vector<std::string>& photos, const files::SlicerPrint& print,
-                          bool json) {
-  for (const SlicerPattern& pattern : print.patterns) {
-    if (pattern.form != PatternForm::kCorners) {
-      return Fail("the file holds several patterns of lines; print and photograph one at a time");
-    }
+Result<int> RunPhotoBatch(const std::vector<std::string>& photos, const std::string& file,
+                          const files::SlicerPrint& print, bool json) {
+  const auto lines = std::ranges::find(print.patterns, PatternForm::kLines, &SlicerPattern::form);
+  if (lines != print.patterns.end()) {
+    return Fail(fmt::format(
+        "{} holds {} patterns ({}), and lines are read one pattern at a time: "
+        "{}",
+        file, print.patterns.size(), ListOf(print.patterns), HowToChoose(print.patterns)));
   }
   constexpr std::size_t kMaxPatterns = 50;  // each is searched for seconds; a plate holds about 20
   if (print.patterns.size() > kMaxPatterns) {

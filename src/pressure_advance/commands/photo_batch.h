@@ -18,9 +18,11 @@ namespace trammel::app {
 /// Measures all patterns in one photo, which are named by their places on the plate, or one in each
 /// photo, in the order of `print`. Prints each answer, and the table of the good ones.
 /// @returns the exit code: good if every pattern yields an answer.
-/// Errors (kInput): patterns of lines, or more than 50; another number of photos; a file that is no
-/// picture.
+/// @param file  of the patterns, for messages
+/// Errors (kInput): patterns of lines, with their plates and values, or more than 50 patterns;
+/// another number of photos; a file that is no picture.
 [[nodiscard]] Result<int> RunPhotoBatch(const std::vector<std::string>& photos,
-                                        const files::SlicerPrint& print, bool json);
+                                        const std::string& file, const files::SlicerPrint& print,
+                                        bool json);
 
 }  // namespace trammel::app

@@ -161,6 +161,10 @@ void AddPhotoReadingOptions(CLI::App& command, PhotoReading& reading) {
                       "photo: the G-code that printed the pattern, of a slicer or a generator")
           ->excludes(plan);
   command
+      .add_option("--plate", reading.plate,
+                  "photo: with --gcode, which plate of a .gcode.3mf is in it: 2 or plate_2")
+      ->needs(gcode);
+  command
       .add_option("--pattern", reading.pattern,
                   "photo: whose pattern it is: " + PatternNames() +
                       "; without --pa, its printed numbers are read")
@@ -193,8 +197,8 @@ std::string FirstGiven(const PhotoReading& reading) {
   for (const auto& [option, value] :
        {std::pair{"--pa", &reading.pa}, std::pair{"--segments", &reading.segments},
         std::pair{"--plan", &reading.plan}, std::pair{"--gcode", &reading.gcode},
-        std::pair{"--pattern", &reading.pattern}, std::pair{"--from", &reading.from},
-        std::pair{"--start", &reading.start}}) {
+        std::pair{"--plate", &reading.plate}, std::pair{"--pattern", &reading.pattern},
+        std::pair{"--from", &reading.from}, std::pair{"--start", &reading.start}}) {
     if (!value->empty()) return option;
   }
   return reading.photo ? "--photo" : "";

@@ -18,6 +18,7 @@ namespace trammel::app {
 struct PhotoReading {
   std::string plan;
   std::string gcode;
+  std::string plate;
   std::string pattern;
   std::string pa;
   std::string from;

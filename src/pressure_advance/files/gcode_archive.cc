@@ -7,11 +7,15 @@
 #include <memory>
 #include <utility>
 
+#include "base/utf8.h"
+
 namespace trammel::files {
 namespace {
 
 constexpr zip_int64_t kMostEntries = 10'000;  // a project has some files for each part and plate
 constexpr std::size_t kMostPlates = 36;       // of Bambu Studio and OrcaSlicer
+
+constexpr std::string_view kEnding = ".gcode";
 
 struct Discard {
   void operator()(zip_t* archive) const { zip_discard(archive); }
@@ -57,12 +61,20 @@ Result<std::string> Unpack(zip_t* archive, zip_uint64_t index, const std::string
   }
 }
 
+// Returns the name of a plate's file without folder and ending.
+std::string NameOf(std::string_view entry) {
+  constexpr std::size_t kMaxBytes = 60;
+  entry.remove_prefix(entry.rfind('/') + 1);
+  entry.remove_suffix(kEnding.size());
+  return Utf8OrReplaced(entry, kMaxBytes);
+}
+
 }  // namespace
 
 bool IsArchive(std::string_view bytes) { return bytes.starts_with("PK\x03\x04"); }
 
-Result<std::vector<std::string>> ReadGcodeArchive(std::string_view bytes, const std::string& file,
-                                                  std::size_t max_bytes) {
+Result<std::vector<GcodePlate>> ReadGcodeArchive(std::string_view bytes, const std::string& file,
+                                                 std::size_t max_bytes) {
   const auto archive = TRY(Open(bytes, file));
   const zip_int64_t entries = zip_get_num_entries(archive.get(), 0);
   if (entries > kMostEntries) {
@@ -72,7 +84,7 @@ Result<std::vector<std::string>> ReadGcodeArchive(std::string_view bytes, const 
   for (zip_int64_t i = 0; i < entries; ++i) {
     const auto index = static_cast<zip_uint64_t>(i);
     const char* const name = zip_get_name(archive.get(), index, 0);
-    if (name != nullptr && std::string_view(name).ends_with(".gcode")) {
+    if (name != nullptr && std::string_view(name).ends_with(kEnding)) {
       plates.emplace_back(name, index);
     }
   }
@@ -85,14 +97,15 @@ Result<std::vector<std::string>> ReadGcodeArchive(std::string_view bytes, const 
   // plate_10 follows plate_9.
   std::ranges::sort(plates, {},
                     [](const auto& plate) { return std::pair(plate.first.size(), plate.first); });
-  std::vector<std::string> texts;
+  std::vector<GcodePlate> found;
   std::size_t left_bytes = max_bytes;
   for (const auto& [name, index] : plates) {
     const std::string plate = fmt::format("{}, {}", file, name);
-    texts.push_back(TRY(Unpack(archive.get(), index, plate, left_bytes, max_bytes)));
-    left_bytes -= texts.back().size();
+    found.push_back(
+        {NameOf(name), TRY(Unpack(archive.get(), index, plate, left_bytes, max_bytes))});
+    left_bytes -= found.back().gcode.size();
   }
-  return texts;
+  return found;
 }
 
 }  // namespace trammel::files

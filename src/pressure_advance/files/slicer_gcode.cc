@@ -1,6 +1,7 @@
 #include "pressure_advance/files/slicer_gcode.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <array>
@@ -10,6 +11,8 @@
 #include <iterator>
 #include <map>
 #include <numbers>
+#include <optional>
+#include <string>
 #include <utility>
 
 #include "base/statistics.h"
@@ -509,28 +512,46 @@ Result<SlicerPrint> FindSlicerPatterns(std::string_view gcode, const std::string
 
 namespace {
 
+// Keeps the plate of a name or a number.
+Result<void> Select(const std::string& name, const std::string& file,
+                    std::vector<GcodePlate>& plates) {
+  std::vector<std::string> names;
+  for (const GcodePlate& plate : plates) names.push_back(plate.name);
+  std::erase_if(plates, [&](const GcodePlate& plate) {
+    return plate.name != name && plate.name != "plate_" + name;
+  });
+  if (!plates.empty()) return {};
+  return Fail(fmt::format("--plate {}: {} holds {}", name, file, fmt::join(names, ", ")));
+}
+
 // Joins the patterns of all plates; a plate of the archive may hold other things.
-Result<SlicerPrint> FindOnPlates(const std::vector<std::string>& plates, const std::string& file) {
-  Result<SlicerPrint> all = FindSlicerPatterns(plates.front(), file);
-  for (std::size_t i = 1; i < plates.size(); ++i) {
-    Result<SlicerPrint> plate = FindSlicerPatterns(plates[i], file);
-    if (!plate) continue;
-    if (!all) {
-      all = std::move(plate);
-    } else {
-      std::ranges::move(plate->patterns, std::back_inserter(all->patterns));
+Result<SlicerPrint> FindOnPlates(const std::vector<GcodePlate>& plates, const std::string& file) {
+  std::optional<Result<SlicerPrint>> all;
+  for (const GcodePlate& plate : plates) {
+    Result<SlicerPrint> print = FindSlicerPatterns(plate.gcode, file);
+    if (print) {
+      for (SlicerPattern& pattern : print->patterns) pattern.plate = plate.name;
+    }
+    if (!all || !*all) {
+      if (!all || print) all = std::move(print);
+    } else if (print) {
+      std::ranges::move(print->patterns, std::back_inserter((*all)->patterns));
     }
   }
-  return all;
+  return *std::move(all);
 }
 
 }  // namespace
 
-Result<SlicerPrint> ReadSlicerGcode(const std::filesystem::path& file) {
+Result<SlicerPrint> ReadSlicerGcode(const std::filesystem::path& file, const std::string& plate) {
   const std::string text = TRY(ReadWholeFile(file, kLargestSlicerGcode));
   if (IsArchive(text)) {
-    return FindOnPlates(TRY(ReadGcodeArchive(text, file.string(), kLargestSlicerGcode)),
-                        file.string());
+    auto plates = TRY(ReadGcodeArchive(text, file.string(), kLargestSlicerGcode));
+    if (!plate.empty()) TRY(Select(plate, file.string(), plates));
+    return FindOnPlates(plates, file.string());
+  }
+  if (!plate.empty()) {
+    return Fail(fmt::format("--plate {}: {} is no archive with plates", plate, file.string()));
   }
   if (text.empty()) return Fail(fmt::format("{}: is empty: export it again", file.string()));
   if (text.starts_with("GCDE")) {

@@ -33,6 +33,7 @@ struct SlicerPattern {
   double x_mm = 0;        ///< middle of the pattern on the bed
   double y_mm = 0;
   double heading_rad = 0;  ///< of the apexes, from +x counter-clockwise; 0 of lines
+  std::string plate;       ///< of an archive: plate_1 and so on; else empty
 };
 
 struct SlicerPrint {
@@ -54,7 +55,10 @@ inline constexpr std::size_t kLargestSlicerGcode = std::size_t{128} << 20;
                                                      const std::string& file);
 
 /// Reads a text of G-code, or the plates of a 3MF archive; then as above. Patterns of an archive
-/// are listed plate by plate. Errors: also binary G-code, and those of ReadGcodeArchive.
-[[nodiscard]] Result<SlicerPrint> ReadSlicerGcode(const std::filesystem::path& file);
+/// are listed plate by plate.
+/// @param plate  the only one that is read, by its name or its number; empty: all
+/// Errors: also binary G-code, a plate that is not there, and those of ReadGcodeArchive.
+[[nodiscard]] Result<SlicerPrint> ReadSlicerGcode(const std::filesystem::path& file,
+                                                  const std::string& plate = "");
 
 }  // namespace trammel::files

@@ -19,6 +19,7 @@
 namespace trammel::files {
 namespace {
 
+using ::testing::AllOf;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 
@@ -219,6 +220,17 @@ TEST(SlicerGcode, AnArchiveGivesThePatternsOfItsPlates) {
   std::vector<double> speeds;
   for (const SlicerPattern& pattern : print->patterns) speeds.push_back(pattern.speed_mm_s);
   EXPECT_THAT(speeds, ElementsAre(120, 80));
+  EXPECT_EQ(print->patterns.front().plate, "plate_2");
+  for (const char* plate : {"10", "plate_10"}) {
+    const auto alone = ReadSlicerGcode(path, plate);
+    ASSERT_TRUE(alone.has_value()) << alone.error().message;
+    ASSERT_EQ(alone->patterns.size(), 1U);
+    EXPECT_EQ(alone->patterns.front().speed_mm_s, 80);
+  }
+  const auto none = ReadSlicerGcode(path, "3");
+  ASSERT_FALSE(none.has_value());
+  EXPECT_THAT(none.error().message,
+              AllOf(HasSubstr("--plate 3"), HasSubstr("plate_1, plate_2, plate_10")));
 }
 
 TEST(SlicerGcode, RefusesArchivesWithoutAPattern) {
