@@ -148,8 +148,8 @@ TEST_F(AnalyzePhoto, TakesNoListThatNobodyNamed) {
   fs::rename(folder() / "photo.jpg", folder() / "downloads" / "photo.jpg");
   // Neither beside a plan nor after a print that is noted.
   for (const char* options : {"", " --photo", " --from bottom"}) {
-    ExpectRejected("downloads/photo.jpg" + std::string(options), folder(),
-                   {"No plan", "photo.jpg", "--plan", "--gcode", "--pa"});
+    ExpectRefused("downloads/photo.jpg" + std::string(options), folder(),
+                  {"No plan", "photo.jpg", "--plan", "--gcode", "--pa"});
   }
   // Beside its plan.
   const auto beside = folder() / "downloads" / "pattern.plan.json";
@@ -234,6 +234,29 @@ TEST_F(AnalyzePhoto, RefusesPicturesWithoutAPattern) {
     ExpectRefused("photo.jpg " + std::string(kPa), folder(), {"photo.jpg"});
   }
   ExpectRefusalText("photo.jpg " + std::string(kPa), folder(), {"photo.jpg"});
+}
+
+// No option, no plan and no numbers: kept as any refusal is.
+TEST_F(AnalyzePhoto, KeepsTheReportOfAPhotoWithoutAnyOption) {
+  ASSERT_EQ(test::RunTrammel("pa pattern --material abs --photo", folder()).exit_code, 0);
+  ASSERT_THAT(test::RunTrammel("sim photo pattern.gcode --seed 4 --size 1080x1440 --out photo.jpg",
+                               folder()),
+              Ends(0));
+  fs::remove(folder() / "pattern.plan.json");
+  ExpectRefused("photo.jpg --report seen.html --figures seen --result seen.json", folder(),
+                {"photo.jpg", "numbers cannot be read", "--gcode", "--pa"});
+  Write(cv::Mat(480, 640, CV_8UC3, cv::Scalar::all(255)));
+  ExpectRefused("photo.jpg --report none.html --figures none --result none.json", folder(),
+                {"photo.jpg", "no equally spaced lines"});
+  for (const std::string name : {"seen", "none"}) {
+    EXPECT_TRUE(fs::exists(folder() / name / "answer.png"));
+    EXPECT_TRUE(fs::exists(folder() / name / "photo.png"));
+    EXPECT_EQ(
+        json::parse(test::ReadWhole(folder() / (name + ".json"))).at("answers")[0].at("verdict"),
+        "refused");
+  }
+  EXPECT_THAT(test::ReadWhole(folder() / "seen.html"), HasSubstr("The outline holds"));
+  EXPECT_THAT(test::ReadWhole(folder() / "none.html"), HasSubstr("No pattern was found in it"));
 }
 
 TEST_F(AnalyzePhoto, ReadsAHundredMegapixelsInBoundedMemory) {

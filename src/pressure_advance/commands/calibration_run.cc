@@ -301,12 +301,6 @@ Result<std::optional<FoundPlan>> FindPlanOf(const fs::path& photo) {
   return beside ? Result<std::optional<FoundPlan>>(std::move(beside)) : PlanOfLastPrint(photo);
 }
 
-std::string NoPlanText(const std::string& numbers) {
-  return fmt::format(
-      "{}. No plan (*.plan.json) lies beside it, and no print of a pattern is noted. {}", numbers,
-      kNameThePlan);
-}
-
 Result<FoundPlan> FindUploadedPlan(const procedure::Session& session) {
   const auto uploads = TRY(procedure::ListUploads(session, IsPlanName));
   std::vector<NamedPlan> plans;

@@ -110,10 +110,6 @@ struct FoundPlan {
 /// Errors (kInput): there are several with different values; the photo is older than the print.
 [[nodiscard]] Result<std::optional<FoundPlan>> FindPlanOf(const std::filesystem::path& photo);
 
-/// Returns the error of a photo for which there is no plan.
-/// @param numbers  the photo, and why it does not name its values by printed numbers
-[[nodiscard]] std::string NoPlanText(const std::string& numbers);
-
 /// Finds the plan uploaded beside the printer's photos. Errors as those of FindPlanOf; kMachine.
 [[nodiscard]] Result<FoundPlan> FindUploadedPlan(const procedure::Session& session);
 

@@ -38,8 +38,7 @@ void AddPhotoReadingOptions(CLI::App& command, PhotoReading& reading);
 /// Analyses the photo by the options' plan, else by the plan that FindPlanOf finds, else by the
 /// numbers printed beside the pattern.
 /// @param print  content of --gcode; null without it
-/// Errors: those of the options, of the plan and of AnalysePhoto; kMeasurement: the printed numbers
-/// cannot be read, or contradict the options.
+/// Errors: those of the options, of the plan and of AnalysePhoto.
 [[nodiscard]] Result<AnalysisRun> ReadPhoto(const std::string& path, const PhotoReading& reading,
                                             const files::SlicerPrint* print);
 
