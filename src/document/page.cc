@@ -82,6 +82,7 @@ padding:1px 12px;font-size:.9rem;color:var(--good)}
 pre{background:var(--code);border-radius:6px;padding:10px 12px;margin:6px 0 12px;white-space:pre-wrap;overflow-wrap:anywhere;
 font:14px/1.45 "DejaVu Sans Mono",monospace}
 code{font:.92em "DejaVu Sans Mono",monospace}
+.option{white-space:nowrap}
 .wide{overflow-x:auto}table{border-collapse:collapse;width:100%;font-size:.92rem}
 th,td{padding:5px 10px;text-align:right;border-bottom:1px solid var(--edge);white-space:nowrap}
 th{color:var(--muted);font-weight:600}th:first-child,td:first-child{text-align:left;padding-left:0}

@@ -93,14 +93,15 @@ Canvas Draw(const RefusedPhoto& refused, double width_px) {
   Canvas canvas(width_px, rect.height);
   canvas.Image(picture.view(), rect, Pixels::kPhoto);
   std::vector<PointPx> outline;
+  // An outline that leaves the picture follows its border.
+  const double border_px = std::min({3.0, rect.width / 2, rect.height / 2});
   for (const vision::PointPx& p : refused.outline) {
-    outline.push_back({p.x * rect.width, p.y * rect.height});
+    outline.push_back({std::clamp(p.x * rect.width, border_px, rect.width - border_px),
+                       std::clamp(p.y * rect.height, border_px, rect.height - border_px)});
   }
   if (!outline.empty()) outline.push_back(outline.front());
-  canvas.Clip(rect);
   canvas.Polyline(outline, {.color = kInk, .width_px = 5});
   canvas.Polyline(outline, {.color = kVermilion, .width_px = 3});
-  canvas.Unclip();
   return canvas;
 }
 

@@ -84,8 +84,14 @@ std::vector<AnswerRow> AnswerRows(const pa::Analysis& analysis) {
                                      100 * (1 - law->weight), of, -law->correction_s * kMsPerS)));
   }
   if (analysis.corners) return rows;  // there is one way to read them
-  rows.push_back(PartRow("speeding up", analysis.response.acceleration.pressure_advance, good));
-  rows.push_back(PartRow("slowing down", analysis.response.deceleration.pressure_advance, good));
+  const auto add_part = [&](const char* name, const Measured& part) {
+    // What was not measured has the answer's reason, which is there already.
+    const bool measured =
+        good || part.good() || part.reason() != analysis.pressure_advance.reason();
+    if (measured) rows.push_back(PartRow(name, part, good));
+  };
+  add_part("speeding up", analysis.response.acceleration.pressure_advance);
+  add_part("slowing down", analysis.response.deceleration.pressure_advance);
   if (law != nullptr) AddStorage(*law, analysis.motion, rows);
   if (good) AddScore(analysis.deviation, rows);
   if (!analysis.repeats) return rows;
@@ -138,6 +144,21 @@ std::string Facts(const ReportOptions& options) {
   return out + "</p>\n";
 }
 
+// Escapes a reason, and keeps its options (--gcode) from being broken over two lines.
+std::string ReasonHtml(const std::string& reason) {
+  const std::string text = EscapeHtml(reason);
+  std::string html;
+  std::size_t done = 0;
+  for (std::size_t at = 0; (at = text.find("--", done)) != std::string::npos;) {
+    const std::size_t end =
+        std::min(text.find_first_not_of("-abcdefghijklmnopqrstuvwxyz", at), text.size());
+    html += text.substr(done, at - done) +
+            fmt::format("<span class=\"option\">{}</span>", text.substr(at, end - at));
+    done = end;
+  }
+  return html + text.substr(done);
+}
+
 std::string Head(const pa::Analysis& analysis) {
   const Measured& answer = analysis.pressure_advance;
   if (answer.good()) {
@@ -149,11 +170,11 @@ std::string Head(const pa::Analysis& analysis) {
             "<p class=\"quiet\">The true value lies in this interval 95 times in 100.</p>\n");
   }
   std::string body = "<p class=\"value\">No value</p>\n";
-  body += fmt::format("<p class=\"reason\">{}</p>\n", EscapeHtml(answer.reason()));
+  body += fmt::format("<p class=\"reason\">{}</p>\n", ReasonHtml(answer.reason()));
   body += answer.verdict() == Verdict::kCannotTell
               ? "<p class=\"quiet\">The recording is sound, but it does not determine the pressure "
                 "advance. A guess would be worse than the value in use.</p>\n"
-              : "<p class=\"quiet\">What was recorded is not fit to be measured.</p>\n";
+              : "<p class=\"quiet\">Nothing could be measured.</p>\n";
   return HeadCard(answer.verdict(), body);
 }
 
@@ -188,8 +209,8 @@ std::string Next(const pa::Analysis& analysis, bool has_figures) {
     return Card(
         "What to do next",
         fmt::format(
-            "<p>Keep the pressure advance that is in use. Put right what the reason above names, "
-            "then print or record again{}.</p>\n",
+            "<p>Put right what the reason above names, and measure again{}. Until then, keep the "
+            "pressure advance that is in use.</p>\n",
             has_figures ? "; the figures below show what was seen" : ""));
   }
   const std::string value =

@@ -101,6 +101,16 @@ TEST(PressureAdvanceReport, NamesNoAnswerUnlessGoodHoweverGoodTheParts) {
   }
 }
 
+TEST(PressureAdvanceReport, ARefusalIsSaidOnceWithItsOptionsUnbroken) {
+  pa::Analysis analysis;
+  const auto refused = Measured::Refused("no numbers are seen; give the file (--gcode FILE)");
+  analysis.pressure_advance = analysis.response.acceleration.pressure_advance =
+      analysis.response.deceleration.pressure_advance = refused;
+  const std::string page = Page(analysis);
+  EXPECT_EQ(page.find("no numbers are seen"), page.rfind("no numbers are seen"));
+  EXPECT_TRUE(Has(page, "(<span class=\"option\">--gcode</span> FILE)"));
+}
+
 TEST(PressureAdvanceReport, SaysWhatTheShapeOfTheLinesTells) {
   auto analysis = test::MakeAnalysis({.frames = 40});
   const std::string text = Text(Page(analysis));
