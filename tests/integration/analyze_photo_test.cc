@@ -259,6 +259,48 @@ TEST_F(AnalyzePhoto, KeepsTheReportOfAPhotoWithoutAnyOption) {
   EXPECT_THAT(test::ReadWhole(folder() / "none.html"), HasSubstr("No pattern was found in it"));
 }
 
+// Side by side, one above the other, and of both kinds: neither is taken silently.
+TEST_F(AnalyzePhoto, NamesTwoPatternsInOnePicture) {
+  const auto shoot = [&](const char* pattern, const char* name) {
+    const std::string gcode = std::string(name) + ".gcode", photo = std::string(name) + ".jpg";
+    EXPECT_THAT(test::RunTrammel("sim pattern " + std::string(pattern) + " -o " + gcode, folder()),
+                Ends(0));
+    EXPECT_THAT(test::RunTrammel("sim photo " + gcode +
+                                     " --phone --scene black-on-gold --pressure-advance 0.045 "
+                                     "--seed 31 --size 1600x1200 -o " +
+                                     photo,
+                                 folder()),
+                Ends(0));
+    return cv::imread((folder() / photo).string());
+  };
+  const cv::Mat lines = shoot("marlin-lines --pa 0:0.1:0.005", "lines");
+  const cv::Mat corners = shoot("ellis --pa 0:0.08:0.005", "corners");
+  const cv::Mat others = shoot("marlin-lines --pa 0:0.2:0.01", "others");
+  cv::Mat both;
+  cv::hconcat(lines, lines, both);
+  Write(both);
+  for (const char* options : {"", " --gcode lines.gcode", " --pattern marlin-lines"}) {
+    ExpectRefused("photo.jpg" + std::string(options), folder(),
+                  {"two patterns", "20 lines and one of 20 lines", "cut the picture"});
+  }
+  cv::vconcat(lines, corners, both);
+  Write(both);
+  ExpectRefused("photo.jpg", folder(), {"two patterns", "20 lines", "17 corners"});
+  cv::hconcat(corners, corners, both);
+  Write(both);
+  ExpectRefused("photo.jpg", folder(), {"two patterns", "corners and one of", "--gcode"});
+  // The numbers beside one of them are those of the file.
+  cv::hconcat(others, lines, both);
+  Write(both);
+  ExpectRefused("photo.jpg", folder(), {"two patterns"});
+  for (const char* gcode : {"lines.gcode", "others.gcode"}) {
+    const json told = AnalyzeToJson("photo.jpg --gcode " + std::string(gcode), folder());
+    ASSERT_EQ(told.at("verdict"), "good") << gcode << told.at("reason");
+    EXPECT_LT(told.at("interval95_s")[0], 0.045) << gcode;
+    EXPECT_GT(told.at("interval95_s")[1], 0.045) << gcode;
+  }
+}
+
 TEST_F(AnalyzePhoto, ReadsAHundredMegapixelsInBoundedMemory) {
   cv::Mat large;
   cv::resize(ToMat(Draw(drawn_)), large, {9900, 10300}, 0, 0, cv::INTER_LINEAR);

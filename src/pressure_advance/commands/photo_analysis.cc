@@ -4,10 +4,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <type_traits>
 #include <utility>
 
 #include "base/statistics.h"
 #include "machine/camera/phone_picture.h"
+#include "pressure_advance/photo/other_patterns.h"
 #include "pressure_advance/photo/photo_labels.h"
 #include "pressure_advance/photo/photo_lines.h"
 #include "pressure_advance/response/response.h"
@@ -50,39 +52,36 @@ LineMotion MotionSeen(const PhotoPlan& plan, const pressure_advance::PhotoMeasur
 namespace {
 
 // Keeps a refused photo, reduced, for the report.
+// @param outline  px of the photo
 report::RefusedPhoto Kept(const Frame& photo, std::vector<vision::PointPx> outline) {
   constexpr int kLongest_px = 1600;
+  for (vision::PointPx& p : outline) p = {p.x / photo.width, p.y / photo.height};
   double scale = 1;
   return {vision::ShrinkToFit(photo.view(), kLongest_px, double{kLongest_px} * kLongest_px, scale),
           std::move(outline)};
 }
 
-// Returns the outline of the corners, as parts of the photo's width and height.
+// Returns the outline of the corners, px of the photo; empty: none are seen.
 std::vector<vision::PointPx> OutlineOf(const pressure_advance::ChevronView& view) {
   std::vector<vision::PointPx> outline;
   if (view.found.count == 0 || view.photo_width_px == 0) return outline;
-  const double last = view.found.count - 1, arm = vision::kChevronReach;
+  constexpr double arm = 5.9;  // spacings: the longest of the patterns in use
+  const double last = view.found.count - 1;
   for (const vision::PointPx& p : {vision::PointPx{0, 0},
                                    {-arm, arm},
                                    {last - arm, arm},
                                    {last, 0},
                                    {last - arm, -arm},
                                    {-arm, -arm}}) {
-    const vision::PointPx at = view.found.photo_from_plane(p);
-    outline.push_back({at.x / view.photo_width_px, at.y / view.photo_height_px});
+    outline.push_back(view.found.photo_from_plane(p));
   }
   return outline;
 }
 
 // Does the same for lines.
-std::vector<vision::PointPx> OutlineOf(const pressure_advance::PhotoMeasurement& seen,
-                                       const Frame& photo) {
-  std::vector<vision::PointPx> outline;
-  if (!seen.outline) return outline;
-  for (const vision::PointPx& p : *seen.outline) {
-    outline.push_back({p.x / photo.width, p.y / photo.height});
-  }
-  return outline;
+std::vector<vision::PointPx> OutlineOf(const pressure_advance::PhotoLines& lines) {
+  if (!lines.problem.empty()) return {};
+  return {lines.corners.begin(), lines.corners.end()};
 }
 
 // Measures corners by the plan's values.
@@ -130,7 +129,11 @@ std::string TakeNumbers(const pressure_advance::LabelReading& reading, bool corn
         RangeText(read_s), RangeText(plan.pressure_advance_s));
   }
   if (read_s.empty()) {
-    return fmt::format("the printed numbers cannot be read: {}", reading.problem);
+    return fmt::format(
+        "the printed numbers cannot be read: {}. No plan of the print is known. Give the file that "
+        "printed it (--gcode FILE; --plan FILE for a pattern of pa pattern), or the values "
+        "(--pattern NAME --pa START:END:STEP)",
+        reading.problem);
   }
   plan.pressure_advance_s = read_s;
   if (!plan.from) plan.from = reading.from;
@@ -186,64 +189,135 @@ pressure_advance::PhotoOptions OptionsOf(const PhotoPlan& plan) {
   return options;
 }
 
-// Measures lines that are named by the plan or by their numbers.
-pressure_advance::PhotoMeasurement MeasureNumbered(pressure_advance::PhotoSearch& photo,
-                                                   PhotoPlan& plan,
-                                                   std::vector<std::string>& notices) {
-  pressure_advance::PhotoOptions options = OptionsOf(plan);
-  // Sets the size at which unknown ones are searched: OrcaSlicer's PA Line prints 51.
-  constexpr std::size_t kMostUsual = 51;
-  if (options.pressure_advance_s.empty()) options.pressure_advance_s.resize(kMostUsual);
+// True if the labels show the plan's values, or look like them.
+bool ShowsValues(const pressure_advance::LabelReading& reading) {
+  return reading.problem.empty() && reading.pressure_advance_s.empty();
+}
+
+std::string CountText(std::size_t count, bool corners) {
+  return fmt::format("{} {}", count, corners ? "corners" : "lines");
+}
+
+// Pattern that is measured of those in a picture.
+struct Choice {
+  std::string problem;  // why none is; empty: there is one
+  bool other = false;   // the other one, not the one found first
+};
+
+// Looks for a second pattern in the picture. Printed numbers that only one of both shares with the
+// plan tell which is meant.
+// @param seen  a ChevronView or PhotoLines
+template <class Seen>
+Choice Choose(const Frame& picture, const Seen& seen, std::size_t count,
+              const std::vector<double>& given_s) {
+  constexpr bool kCorners = std::is_same_v<Seen, ChevronView>;
+  const BgrView view = picture.view();
+  const auto other = pressure_advance::FindOtherPattern(view, OutlineOf(seen));
+  if (!other) return {};
+  const bool corners = other->chevrons.has_value();
+  if (!given_s.empty()) {
+    const auto here = ReadLabels(view, seen, given_s);
+    const auto there =
+        corners ? ReadLabels(view, pressure_advance::ViewChevrons(view, *other->chevrons), given_s)
+                : ReadLabels(view, other->lines, given_s);
+    if (ShowsValues(here) && !there.pressure_advance_s.empty()) return {};
+    if (ShowsValues(there) && !here.pressure_advance_s.empty()) return {"", true};
+  }
+  return {fmt::format(
+      "two patterns are in the picture, one of {} and one of {}: photograph one "
+      "alone, or cut the picture down to it{}",
+      CountText(count, kCorners), CountText(other->count(), corners),
+      kCorners && corners ? "; give a batch's file to measure all of its patterns (--gcode FILE)"
+                          : "")};
+}
+
+// Refuses a photo, and keeps it for the report.
+AnalysisRun Refused(const Frame& picture, const std::string& file, const std::string& reason,
+                    std::vector<vision::PointPx> outline) {
+  AnalysisRun run = RefusedRun(fmt::format("{}: {}", file, reason));
+  run.refused = Kept(picture, std::move(outline));
+  return run;
+}
+
+// Lines in a photo, named by the plan or by their numbers.
+struct NamedLines {
   pressure_advance::PhotoMeasurement seen;
-  seen.refusal = CheckPhotoInput(photo.photo_width_px(), photo.photo_height_px(), options);
-  if (!seen.refusal.empty()) return seen;
+  std::vector<vision::PointPx> outline;  // px of the picture; empty: none are seen
+  bool other = false;                    // another pattern of the picture is meant
+};
+
+// Measures lines that are named by the plan or by their numbers.
+NamedLines MeasureNumbered(pressure_advance::PhotoSearch& photo, PhotoPlan& plan,
+                           std::vector<std::string>& notices) {
+  const Frame& picture = photo.picture();
+  NamedLines named;
+  pressure_advance::PhotoOptions options = OptionsOf(plan);
+  if (options.pressure_advance_s.empty()) {
+    options.pressure_advance_s.resize(pressure_advance::kUsualLines);
+  }
+  named.seen.refusal = CheckPhotoInput(photo.photo_width_px(), photo.photo_height_px(), options);
+  if (!named.seen.refusal.empty()) return named;
   pressure_advance::PhotoLines lines = FindPhotoLines(photo, options);
-  if (lines.problem.empty() && WantsNumbers(plan, pressure_advance::PlacesOf(lines.line_pattern))) {
-    seen.refusal = TakeNumbers(ReadLabels(photo.picture().view(), lines, plan.pressure_advance_s),
-                               false, plan, notices);
-    if (!seen.refusal.empty()) {
-      seen.outline = lines.corners;
-      return seen;
+  named.outline = OutlineOf(lines);
+  if (lines.problem.empty()) {
+    const std::size_t count = lines.line_pattern.rungs.size();
+    if (plan.pressure_advance_s.size() < count &&
+        pressure_advance::InTwoGroups(lines.line_pattern)) {
+      named.seen.refusal = fmt::format(
+          "{} lines in two groups are in the picture, as of two patterns: photograph one alone, or "
+          "cut the picture down to it",
+          count);
+      return named;
+    }
+    Choice choice = Choose(picture, lines, count, plan.pressure_advance_s);
+    named.other = choice.other;
+    named.seen.refusal = std::move(choice.problem);
+    if (named.other || !named.seen.refusal.empty()) return named;
+    if (WantsNumbers(plan, pressure_advance::PlacesOf(lines.line_pattern))) {
+      named.seen.refusal = TakeNumbers(ReadLabels(picture.view(), lines, plan.pressure_advance_s),
+                                       false, plan, notices);
+      if (!named.seen.refusal.empty()) return named;
     }
   }
-  return MeasurePhotoLines(std::move(lines), OptionsOf(plan));
+  named.seen = MeasurePhotoLines(std::move(lines), OptionsOf(plan));
+  return named;
 }
 
-}  // namespace
+AnalysisRun AnalysePicture(pressure_advance::PhotoSearch& photo, const std::string& file,
+                           const PhotoPlan& given);
 
-Result<OpenPhoto> ReadPhotoForSearch(const std::filesystem::path& file) {
-  return OpenPhoto{file, pressure_advance::PhotoSearch(TRY(machine::ReadPhotoFile(file)))};
+// Analyses a picture without one of its patterns.
+AnalysisRun AnalyseRest(const Frame& picture, const std::vector<vision::PointPx>& outline,
+                        const std::string& file, const PhotoPlan& plan) {
+  pressure_advance::PhotoSearch rest(pressure_advance::WithoutPattern(picture.view(), outline));
+  return AnalysePicture(rest, file, plan);
 }
 
-Result<AnalysisRun> AnalysePhoto(const std::filesystem::path& file, const PhotoPlan& plan) {
-  OpenPhoto photo = TRY(ReadPhotoForSearch(file));
-  return AnalysePhoto(photo, plan);
-}
-
-AnalysisRun AnalysePhoto(OpenPhoto& photo, const PhotoPlan& given) {
-  const std::filesystem::path& file = photo.file;
-  const Frame& picture = photo.search.picture();
-  if (given.to_and_fro) {
-    return RefusedRun(fmt::format(
-        "{}: the lines of this pattern were printed to and fro, which is not read; print them all "
-        "in one direction",
-        file.string()));
-  }
+AnalysisRun AnalysePicture(pressure_advance::PhotoSearch& photo, const std::string& file,
+                           const PhotoPlan& given) {
+  const Frame& picture = photo.picture();
   if (given.form != PatternForm::kLines) {
-    const auto view = pressure_advance::ViewChevrons(photo.search);
+    const auto view = pressure_advance::ViewChevrons(photo);
+    Choice choice;
+    if (view.problem.empty()) {
+      const auto count = static_cast<std::size_t>(view.found.count);
+      choice = Choose(picture, view, count, given.pressure_advance_s);
+    }
+    if (!choice.problem.empty()) return Refused(picture, file, choice.problem, OutlineOf(view));
+    if (choice.other) return AnalyseRest(picture, OutlineOf(view), file, given);
     // Arms of chevrons are not read as lines.
     if (given.form == PatternForm::kCorners || view.found.count > 0) {
-      return AnalyseCorners(picture, file.string(), view, given);
+      return AnalyseCorners(picture, file, view, given);
     }
   }
   PhotoPlan plan = given;
   const bool numbered = plan.pressure_advance_s.empty();
   if (numbered) plan.framed = false;
   std::vector<std::string> notices;
-  pressure_advance::PhotoMeasurement seen = MeasureNumbered(photo.search, plan, notices);
+  auto [seen, outline, other] = MeasureNumbered(photo, plan, notices);
+  if (other) return AnalyseRest(photo.picture(), outline, file, given);
   if (!seen.refusal.empty()) {
-    AnalysisRun run = RefusedRun(fmt::format("{}: {}", file.string(), seen.refusal));
-    run.refused = Kept(picture, OutlineOf(seen, picture));
+    AnalysisRun run = Refused(picture, file, seen.refusal, std::move(outline));
     if (numbered) run.printed_s = plan.pressure_advance_s;
     return run;
   }
@@ -270,6 +344,27 @@ AnalysisRun AnalysePhoto(OpenPhoto& photo, const PhotoPlan& given) {
   run.analysis.notices.insert(run.analysis.notices.begin(), notices.begin(), notices.end());
   if (numbered) run.printed_s = plan.pressure_advance_s;
   return run;
+}
+
+}  // namespace
+
+Result<OpenPhoto> ReadPhotoForSearch(const std::filesystem::path& file) {
+  return OpenPhoto{file, pressure_advance::PhotoSearch(TRY(machine::ReadPhotoFile(file)))};
+}
+
+Result<AnalysisRun> AnalysePhoto(const std::filesystem::path& file, const PhotoPlan& plan) {
+  OpenPhoto photo = TRY(ReadPhotoForSearch(file));
+  return AnalysePhoto(photo, plan);
+}
+
+AnalysisRun AnalysePhoto(OpenPhoto& photo, const PhotoPlan& plan) {
+  if (plan.to_and_fro) {
+    return RefusedRun(fmt::format(
+        "{}: the lines of this pattern were printed to and fro, which is not read; print them all "
+        "in one direction",
+        photo.file.string()));
+  }
+  return AnalysePicture(photo.search, photo.file.string(), plan);
 }
 
 }  // namespace trammel::app

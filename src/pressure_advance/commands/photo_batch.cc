@@ -30,11 +30,6 @@ struct Row {
   AnalysisRun run;
 };
 
-Row Measure(const Frame& picture, const std::string& photo, const ChevronView& view,
-            const SlicerPattern& pattern, const std::optional<gcode::PrintedBy>& printed_by) {
-  return {&pattern, AnalyseCorners(picture, photo, view, PhotoPlanOf(pattern, printed_by))};
-}
-
 Result<std::vector<Row>> MeasureAll(const std::vector<std::string>& photos,
                                     const files::SlicerPrint& print) {
   const std::vector<SlicerPattern>& patterns = print.patterns;
@@ -61,15 +56,14 @@ Result<std::vector<Row>> MeasureAll(const std::vector<std::string>& photos,
       ChevronView view;
       view.problem = "this pattern is not seen; a photo of it alone may show more";
       if (plate.found[i]) view = pressure_advance::ViewChevrons(picture.view(), *plate.found[i]);
-      rows.push_back(Measure(picture, photos.front(), view, patterns[i], print.printed_by));
+      rows.push_back({&patterns[i], AnalyseCorners(picture, photos.front(), view,
+                                                   PhotoPlanOf(patterns[i], print.printed_by))});
     }
     return rows;
   }
   for (std::size_t i = 0; i < photos.size(); ++i) {
-    OpenPhoto photo = TRY(ReadPhotoForSearch(photos[i]));
-    rows.push_back(Measure(photo.search.picture(), photos[i],
-                           pressure_advance::ViewChevrons(photo.search), patterns[i],
-                           print.printed_by));
+    rows.push_back(
+        {&patterns[i], TRY(AnalysePhoto(photos[i], PhotoPlanOf(patterns[i], print.printed_by)))});
   }
   return rows;
 }

@@ -136,16 +136,7 @@ Result<AnalysisRun> ReadNumbered(OpenPhoto& photo, const PhotoReading& reading) 
   plan.form = TRY(FormOf(reading.pattern));
   plan.segments = kSlicerSegments;
   TRY(TakeSides(reading, plan));
-  AnalysisRun run = AnalysePhoto(photo, plan);
-  if (!run.printed_s.empty()) return run;
-  // Where no pattern is seen, values are no remedy.
-  if (!run.refused || run.refused->outline.empty()) return run;
-  Measured& answer = run.analysis.pressure_advance;
-  answer = Measured::Refused(fmt::format(
-      "{}. No plan of the print is known. Give the file that printed it (--gcode FILE; --plan FILE "
-      "for a pattern of pa pattern), or the values (--pattern NAME --pa START:END:STEP)",
-      answer.reason()));
-  return run;
+  return AnalysePhoto(photo, plan);
 }
 
 }  // namespace

@@ -11,6 +11,10 @@
 
 namespace trammel::pressure_advance {
 
+/// Number of lines that sets the size at which unknown ones are searched: OrcaSlicer's PA Line
+/// prints 51.
+inline constexpr std::size_t kUsualLines = 51;
+
 struct PhotoLines {
   std::string problem;   ///< why there is no pattern, and the remedy; empty if there is one
   vision::Quad corners;  ///< in px of PhotoSearch::picture, top left, top right, bottom right,

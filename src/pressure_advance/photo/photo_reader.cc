@@ -367,7 +367,6 @@ PhotoMeasurement MeasurePhotoLines(PhotoLines&& seen, const PhotoOptions& option
     measurement.refusal = std::move(seen.problem);
     return measurement;
   }
-  measurement.outline = seen.corners;
   MeasureLines(seen, options, measurement);
   measurement.view.rectified = std::move(seen.picture);
   return measurement;

@@ -68,8 +68,7 @@ struct PhotoMeasurement {
   std::optional<FoundSegments> segments;  ///< where the speed changes, found from the lines; absent
                                           ///< where they do not show it
   PhotoView view;
-  std::optional<vision::Quad> outline;  ///< of the lines found, px of the photo; refused ones, too
-  double blur = 0;                      ///< of line edges (1 sigma), relative to the line width
+  double blur = 0;  ///< of line edges (1 sigma), relative to the line width
   PhotoSide first_line = PhotoSide::kBottom;  ///< side of the photo at which it lies
   bool marked = false;                        ///< true if the corner mark identified the sides
   std::vector<std::string> notices;           ///< for the user, although the photo is used
