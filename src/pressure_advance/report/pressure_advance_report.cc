@@ -85,7 +85,7 @@ std::vector<AnswerRow> AnswerRows(const pa::Analysis& analysis) {
   }
   if (analysis.corners) return rows;  // there is one way to read them
   const auto add_part = [&](const char* name, const Measured& part) {
-    // What was not measured has the answer's reason, which is there already.
+    // Omits what was not measured: its reason is the answer's.
     const bool measured =
         good || part.good() || part.reason() != analysis.pressure_advance.reason();
     if (measured) rows.push_back(PartRow(name, part, good));
