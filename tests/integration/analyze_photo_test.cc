@@ -276,6 +276,9 @@ TEST_F(AnalyzePhoto, NamesTwoPatternsInOnePicture) {
   const cv::Mat lines = shoot("marlin-lines --pa 0:0.1:0.005", "lines");
   const cv::Mat corners = shoot("ellis --pa 0:0.08:0.005", "corners");
   const cv::Mat others = shoot("marlin-lines --pa 0:0.2:0.01", "others");
+  // The file of the other print.
+  ExpectRefused("lines.jpg --gcode corners.gcode", folder(), {"20 lines are seen", "this print?"});
+  ExpectRefused("corners.jpg --gcode lines.gcode", folder(), {"corners are seen", "this print?"});
   cv::Mat both;
   cv::hconcat(lines, lines, both);
   Write(both);

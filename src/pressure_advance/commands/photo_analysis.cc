@@ -231,6 +231,15 @@ Choice Choose(const Frame& picture, const Seen& seen, std::size_t count,
                           : "")};
 }
 
+// Returns why nothing of the plan's kind is seen where the other kind is; else the problem.
+std::string OfOtherKind(const Frame& picture, bool wants_corners, const std::string& problem) {
+  const auto other = pressure_advance::FindOtherPattern(picture.view(), {});
+  if (!other || other->chevrons.has_value() == wants_corners) return problem;
+  return fmt::format("{} are seen, and {} are expected: is it the photo of this print?",
+                     CountText(other->count(), !wants_corners),
+                     wants_corners ? "corners" : "lines");
+}
+
 // Refuses a photo, and keeps it for the report.
 AnalysisRun Refused(const Frame& picture, const std::string& file, const std::string& reason,
                     std::vector<vision::PointPx> outline) {
@@ -279,6 +288,9 @@ NamedLines MeasureNumbered(pressure_advance::PhotoSearch& photo, PhotoPlan& plan
       if (!named.seen.refusal.empty()) return named;
     }
   }
+  if (!lines.problem.empty() && plan.form == PatternForm::kLines) {
+    lines.problem = OfOtherKind(picture, false, lines.problem);
+  }
   named.seen = MeasurePhotoLines(std::move(lines), OptionsOf(plan));
   return named;
 }
@@ -305,6 +317,11 @@ AnalysisRun AnalysePicture(pressure_advance::PhotoSearch& photo, const std::stri
     }
     if (!choice.problem.empty()) return Refused(picture, file, choice.problem, OutlineOf(view));
     if (choice.other) return AnalyseRest(picture, OutlineOf(view), file, given);
+    constexpr int kSmallest_px = 100;
+    if (given.form == PatternForm::kCorners && view.found.count == 0 &&
+        std::min(picture.width, picture.height) >= kSmallest_px) {
+      return Refused(picture, file, OfOtherKind(picture, true, view.problem), {});
+    }
     // Arms of chevrons are not read as lines.
     if (given.form == PatternForm::kCorners || view.found.count > 0) {
       return AnalyseCorners(picture, file, view, given);

@@ -51,7 +51,7 @@ std::optional<OtherPattern> FindOtherPattern(const BgrView& photo,
   for (const vision::PointPx& p : outline) {
     reduced.push_back({(p.x - shift) * scale, (p.y - shift) * scale});
   }
-  PhotoSearch rest(WithoutPattern(small.view(), reduced));
+  PhotoSearch rest(outline.empty() ? small : WithoutPattern(small.view(), reduced));
   OtherPattern other;
   other.chevrons = vision::FindChevrons(rest.picture().view(), rest.Combs());
   if (other.chevrons) {

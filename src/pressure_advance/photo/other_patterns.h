@@ -25,7 +25,7 @@ struct OtherPattern {
 [[nodiscard]] Frame WithoutPattern(const BgrView& photo, std::span<const vision::PointPx> outline);
 
 /// Searches chevrons and lines in the rest of a photo.
-/// @param outline  of the pattern that was found, as for WithoutPattern
+/// @param outline  of the pattern that was found, as for WithoutPattern; empty: none was
 /// Cost: about 1 s, in a picture that is reduced to 2000 px.
 /// REQUIRES a photo of at least 16 px each way.
 [[nodiscard]] std::optional<OtherPattern> FindOtherPattern(
