@@ -259,19 +259,42 @@ TEST_F(AnalyzePhoto, KeepsTheReportOfAPhotoWithoutAnyOption) {
   EXPECT_THAT(test::ReadWhole(folder() / "none.html"), HasSubstr("No pattern was found in it"));
 }
 
+// Prints another tool's pattern as `name`.gcode, and returns its photo, `name`.jpg.
+cv::Mat Shoot(const fs::path& folder, const std::string& pattern, const std::string& name,
+              const std::string& size = "1600x1200") {
+  const std::string gcode = name + ".gcode", photo = name + ".jpg";
+  EXPECT_THAT(test::RunTrammel("sim pattern " + pattern + " -o " + gcode, folder), Ends(0));
+  EXPECT_THAT(test::RunTrammel("sim photo " + gcode +
+                                   " --phone --scene black-on-gold --pressure-advance 0.045 "
+                                   "--seed 31 -o " +
+                                   photo + " --size " + size,
+                               folder),
+              Ends(0));
+  return cv::imread((folder / photo).string());
+}
+
+TEST_F(AnalyzePhoto, ReadsABatchInOnePictureAndRefusesItMirrored) {
+  cv::Mat picture =
+      Shoot(folder(), "orca-batch --pa 0:0.08:0.005 --speeds 100,150 --accelerations 1000", "batch",
+            "2400x1800");
+  const auto end = test::RunTrammel("pa photo batch.jpg --gcode batch.gcode --json", folder());
+  ASSERT_THAT(end, Ends(0));
+  const json told = json::parse(end.standard_output);
+  ASSERT_EQ(told.at("patterns").size(), 2U);
+  for (const json& pattern : told.at("patterns")) {
+    ASSERT_EQ(pattern.at("verdict"), "good") << pattern.at("reason");
+    EXPECT_LT(pattern.at("interval95_s")[0], 0.045);
+    EXPECT_GT(pattern.at("interval95_s")[1], 0.045);
+  }
+  cv::flip(picture, picture, 1);
+  Write(picture);
+  ExpectRefusalText("photo.jpg --gcode batch.gcode", folder(), {"mirrored", "its numbers"});
+}
+
 // Side by side, one above the other, and of both kinds: neither is taken silently.
 TEST_F(AnalyzePhoto, NamesTwoPatternsInOnePicture) {
   const auto shoot = [&](const char* pattern, const char* name) {
-    const std::string gcode = std::string(name) + ".gcode", photo = std::string(name) + ".jpg";
-    EXPECT_THAT(test::RunTrammel("sim pattern " + std::string(pattern) + " -o " + gcode, folder()),
-                Ends(0));
-    EXPECT_THAT(test::RunTrammel("sim photo " + gcode +
-                                     " --phone --scene black-on-gold --pressure-advance 0.045 "
-                                     "--seed 31 --size 1600x1200 -o " +
-                                     photo,
-                                 folder()),
-                Ends(0));
-    return cv::imread((folder() / photo).string());
+    return Shoot(folder(), pattern, name);
   };
   const cv::Mat lines = shoot("marlin-lines --pa 0:0.1:0.005", "lines");
   const cv::Mat corners = shoot("ellis --pa 0:0.08:0.005", "corners");

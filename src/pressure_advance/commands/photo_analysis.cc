@@ -159,15 +159,17 @@ bool WantsNumbers(const PhotoPlan& plan, std::size_t candidates) {
 AnalysisRun AnalyseCorners(const Frame& picture, const std::string& file, const ChevronView& view,
                            PhotoPlan plan) {
   std::vector<std::string> notices;
-  AnalysisRun run;
   std::string fault;
+  bool mirrored = false;
   const bool numbered = plan.pressure_advance_s.empty();
   if (view.problem.empty() && WantsNumbers(plan, static_cast<std::size_t>(view.found.count))) {
-    fault =
-        TakeNumbers(ReadLabels(picture.view(), view, plan.pressure_advance_s), true, plan, notices);
+    const auto reading = ReadLabels(picture.view(), view, plan.pressure_advance_s);
+    mirrored = reading.mirrored;
+    fault = TakeNumbers(reading, true, plan, notices);
   }
-  run = fault.empty() ? MeasureCorners(file, view, plan)
-                      : RefusedRun(fmt::format("{}: {}", file, fault));
+  AnalysisRun run = fault.empty() ? MeasureCorners(file, view, plan)
+                                  : RefusedRun(fmt::format("{}: {}", file, fault));
+  run.mirrored = mirrored;
   if (!run.photo) run.refused = Kept(picture, OutlineOf(view));
   if (numbered) run.printed_s = plan.pressure_advance_s;
   run.analysis.notices.insert(run.analysis.notices.end(), notices.begin(), notices.end());

@@ -58,6 +58,13 @@ Result<std::vector<Row>> MeasureAll(const std::vector<std::string>& photos,
       if (plate.found[i]) view = pressure_advance::ViewChevrons(picture.view(), *plate.found[i]);
       rows.push_back({&patterns[i], AnalyseCorners(picture, photos.front(), view,
                                                    PhotoPlanOf(patterns[i], print.printed_by))});
+      if (rows.back().run.mirrored) {
+        return Fail(
+            fmt::format("{}: the picture is mirrored, as its numbers show, so that the patterns "
+                        "would be taken for each other: mirror it back, or photograph them again",
+                        photos.front()),
+            ErrorKind::kMeasurement);
+      }
     }
     return rows;
   }

@@ -29,8 +29,11 @@ LabelReading Taken(const SequenceReading& reading) {
 LabelReading ReadEither(const std::function<SequenceReading(bool mirrored)>& read) {
   const SequenceReading seen = read(false);
   if (!seen.values_s.empty() || seen.as_given) return Taken(seen);
-  const SequenceReading mirrored = read(true);
-  return Taken(!mirrored.values_s.empty() || mirrored.as_given ? mirrored : seen);
+  const SequenceReading turned = read(true);
+  const bool mirrored = !turned.values_s.empty() || turned.as_given;
+  LabelReading result = Taken(mirrored ? turned : seen);
+  result.mirrored = mirrored;
+  return result;
 }
 
 // Labels beside lines in the rectified picture.

@@ -30,6 +30,7 @@ struct AnalysisRun {
   std::optional<pressure_advance::LaserScanView> scan = {};
   std::optional<pressure_advance::PhotoView> photo = {};
   std::vector<double> printed_s = {};  ///< values that were read beside the pattern; empty: none
+  bool mirrored = false;               ///< the photo is, as the numbers beside the pattern show
   std::optional<RefusedPhoto> refused = {};  ///< in place of `photo`
 };
 
