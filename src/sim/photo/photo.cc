@@ -11,6 +11,8 @@
 #include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>
 #include <string_view>
+#include <tuple>
+#include <utility>
 #include <vector>
 
 #include "files/new_file.h"
@@ -94,6 +96,54 @@ Materials MaterialsOf(const PhotoScene& scene) {
 
 Vector3 Towards(double azimuth_rad) { return {std::cos(azimuth_rad), std::sin(azimuth_rad), 0}; }
 
+// Height field of the beads on a grid aslant to the bed's axes: on one along them, all edges of a
+// line would lie on whole cells, and its width jump by a twelfth.
+class SlantedRelief {
+ public:
+  SlantedRelief() = default;
+  /// @param finest_mm  side of a cell, or more for a large region
+  SlantedRelief(Bed bed, const BedRegion& region, double finest_mm) {
+    BedRegion turned{kInfinity, kInfinity, -kInfinity, -kInfinity};
+    for (const double x : {region.min_x_mm, region.max_x_mm}) {
+      for (const double y : {region.min_y_mm, region.max_y_mm}) {
+        const auto [u, v] = InGrid(x, y);
+        turned = {std::min(turned.min_x_mm, u), std::min(turned.min_y_mm, v),
+                  std::max(turned.max_x_mm, u), std::max(turned.max_y_mm, v)};
+      }
+    }
+    for (Strand& strand : bed.strands) {
+      for (BeadSample& sample : strand.samples) {
+        std::tie(sample.x_mm, sample.y_mm) = InGrid(sample.x_mm, sample.y_mm);
+      }
+    }
+    const double area = (turned.max_x_mm - turned.min_x_mm) * (turned.max_y_mm - turned.min_y_mm);
+    grid_ = RasterizeBed(bed, turned, std::max(finest_mm, std::sqrt(area / kMaxCells)));
+  }
+
+  [[nodiscard]] double HeightAt(double x_mm, double y_mm) const {
+    const auto [u, v] = InGrid(x_mm, y_mm);
+    return grid_.HeightAt(u, v);
+  }
+  [[nodiscard]] bool CoveredAt(double x_mm, double y_mm) const {
+    const auto [u, v] = InGrid(x_mm, y_mm);
+    return grid_.CoveredAt(u, v);
+  }
+  [[nodiscard]] const Relief& grid() const { return grid_; }
+  [[nodiscard]] static std::pair<double, double> InGrid(double x_mm, double y_mm) {
+    return {kCos * x_mm + kSin * y_mm, kCos * y_mm - kSin * x_mm};
+  }
+  [[nodiscard]] static std::pair<double, double> OnBed(double u_mm, double v_mm) {
+    return {kCos * u_mm - kSin * v_mm, kSin * u_mm + kCos * v_mm};
+  }
+
+ private:
+  // 16.26 degrees: lines along the axes and at 45 degrees cross a cell's edge every four cells.
+  static constexpr double kCos = 0.96, kSin = 0.28;
+  static constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+  Relief grid_;
+};
+
 class Scene {
  public:
   Scene(const Bed& bed, const BedRegion& print, const PhotoTraits& traits, Random& random)
@@ -106,13 +156,10 @@ class Scene {
         glints_(SmoothNoise(1024, 1.5, random)) {
     const BedRegion region{print.min_x_mm - kMarginMm, print.min_y_mm - kMarginMm,
                            print.max_x_mm + kMarginMm, print.max_y_mm + kMarginMm};
-    const double area = (region.max_x_mm - region.min_x_mm) * (region.max_y_mm - region.min_y_mm);
     const double pixel_mm = std::max((print.max_x_mm - print.min_x_mm) / traits.width_px,
                                      (print.max_y_mm - print.min_y_mm) / traits.height_px);
-    relief_ =
-        RasterizeBed(bed, region,
-                     std::max(std::clamp(pixel_mm / kCellsInPixel, kFinestCellMm, kCoarsestCellMm),
-                              std::sqrt(area / kMaxCells)));
+    relief_ = SlantedRelief(bed, region,
+                            std::clamp(pixel_mm / kCellsInPixel, kFinestCellMm, kCoarsestCellMm));
     layered_ = IsLayered(bed);
     MarkBlocks();
     light_ = {std::cos(traits.light_elevation_rad) * std::cos(traits.light_azimuth_rad),
@@ -155,15 +202,16 @@ class Scene {
 
  private:
   void MarkBlocks() {
-    block_columns_ = static_cast<int>(relief_.columns * relief_.cell_mm / kBlockMm) + 1;
-    block_rows_ = static_cast<int>(relief_.rows * relief_.cell_mm / kBlockMm) + 1;
+    const Relief& relief = relief_.grid();
+    block_columns_ = static_cast<int>(relief.columns * relief.cell_mm / kBlockMm) + 1;
+    block_rows_ = static_cast<int>(relief.rows * relief.cell_mm / kBlockMm) + 1;
     blocks_.assign(static_cast<std::size_t>(block_columns_ * block_rows_), 0);
-    for (int row = 0; row < relief_.rows; ++row) {
-      const int below = static_cast<int>(row * relief_.cell_mm / kBlockMm);
-      for (int column = 0; column < relief_.columns; ++column) {
-        if (relief_.row(row)[column] <= 0) continue;
-        top_mm_ = std::max(top_mm_, static_cast<double>(relief_.row(row)[column]));
-        const int left = static_cast<int>(column * relief_.cell_mm / kBlockMm);
+    for (int row = 0; row < relief.rows; ++row) {
+      const int below = static_cast<int>(row * relief.cell_mm / kBlockMm);
+      for (int column = 0; column < relief.columns; ++column) {
+        if (relief.row(row)[column] <= 0) continue;
+        top_mm_ = std::max(top_mm_, static_cast<double>(relief.row(row)[column]));
+        const int left = static_cast<int>(column * relief.cell_mm / kBlockMm);
         for (int i = std::max(0, below - 1); i <= std::min(block_rows_ - 1, below + 1); ++i) {
           for (int k = std::max(0, left - 1); k <= std::min(block_columns_ - 1, left + 1); ++k) {
             blocks_[static_cast<std::size_t>(i * block_columns_ + k)] = 1;
@@ -175,8 +223,9 @@ class Scene {
 
   // True if there is filament within a block's width.
   [[nodiscard]] bool Near(double x, double y) const {
-    const double column = (x - relief_.origin_x_mm) / kBlockMm;
-    const double row = (y - relief_.origin_y_mm) / kBlockMm;
+    const auto [u, v] = relief_.InGrid(x, y);
+    const double column = (u - relief_.grid().origin_x_mm) / kBlockMm;
+    const double row = (v - relief_.grid().origin_y_mm) / kBlockMm;
     if (!(column >= 0 && row >= 0 && column < block_columns_ && row < block_rows_)) return false;
     return blocks_[static_cast<std::size_t>(static_cast<int>(row) * block_columns_ +
                                             static_cast<int>(column))] != 0;
@@ -188,7 +237,7 @@ class Scene {
     constexpr int kMostSteps = 10;
     constexpr double kStepCells = 3;
     const double across = std::sqrt(ray.x * ray.x + ray.y * ray.y);
-    const double shift = across * top_mm_ / (kStepCells * relief_.cell_mm);
+    const double shift = across * top_mm_ / (kStepCells * relief_.grid().cell_mm);
     const int steps =
         layered_ ? std::clamp(static_cast<int>(shift) + 1, 2, kMostSteps) : kMostSteps;
     const auto gap = [&](double z) { return z - relief_.HeightAt(x - ray.x * z, y - ray.y * z); };
@@ -227,13 +276,14 @@ class Scene {
 
   // Tabulates the light on the relief of several layers: shadows and slots need many heights.
   void LightRelief() {
-    lit_columns_ = static_cast<int>(relief_.columns * relief_.cell_mm / kLitCellMm) + 2;
-    lit_rows_ = static_cast<int>(relief_.rows * relief_.cell_mm / kLitCellMm) + 2;
+    const Relief& grid = relief_.grid();
+    lit_columns_ = static_cast<int>(grid.columns * grid.cell_mm / kLitCellMm) + 2;
+    lit_rows_ = static_cast<int>(grid.rows * grid.cell_mm / kLitCellMm) + 2;
     lit_.assign(static_cast<std::size_t>(lit_columns_) * static_cast<std::size_t>(lit_rows_), 1.0F);
     for (int row = 0; row < lit_rows_; ++row) {
       for (int column = 0; column < lit_columns_; ++column) {
-        const double x = relief_.origin_x_mm + column * kLitCellMm;
-        const double y = relief_.origin_y_mm + row * kLitCellMm;
+        const auto [x, y] = relief_.OnBed(grid.origin_x_mm + column * kLitCellMm,
+                                          grid.origin_y_mm + row * kLitCellMm);
         if (!Near(x, y)) continue;
         const double z = relief_.HeightAt(x, y);
         if (z > top_mm_ - 0.05) continue;
@@ -248,8 +298,9 @@ class Scene {
 
   // Interpolates what LightRelief tabulated; 1 outside.
   [[nodiscard]] double LitAt(double x, double y) const {
-    const double u = (x - relief_.origin_x_mm) / kLitCellMm;
-    const double v = (y - relief_.origin_y_mm) / kLitCellMm;
+    const auto [on_u, on_v] = relief_.InGrid(x, y);
+    const double u = (on_u - relief_.grid().origin_x_mm) / kLitCellMm;
+    const double v = (on_v - relief_.grid().origin_y_mm) / kLitCellMm;
     if (!(u >= 0 && v >= 0 && u < lit_columns_ - 1 && v < lit_rows_ - 1)) return 1;
     const int column = static_cast<int>(u);
     const int row = static_cast<int>(v);
@@ -314,7 +365,7 @@ class Scene {
 
   [[nodiscard]] Bgr FilamentAt(double x, double y, double z, double x_px, double y_px,
                                const Vector3& ray) const {
-    const double step = relief_.cell_mm;
+    const double step = relief_.grid().cell_mm;
     const double slope_x =
         (relief_.HeightAt(x + step, y) - relief_.HeightAt(x - step, y)) / (2 * step);
     const double slope_y =
@@ -398,7 +449,7 @@ class Scene {
   double bed_y_mm_;
   Tile bumps_;
   Tile glints_;
-  Relief relief_;
+  SlantedRelief relief_;
   double top_mm_ = 0;
   bool layered_ = false;
   int lit_columns_ = 0;

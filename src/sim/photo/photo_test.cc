@@ -4,11 +4,13 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <initializer_list>
 #include <utility>
+#include <vector>
 
 #include "sim/laser/laser_test_support.h"
 
@@ -100,6 +102,46 @@ TEST(Photo, BeadEdgesLieWhereTheCameraProjectsThem) {
     const auto [first, last] = DarkEdges(*photo, column, (upper.y_px + lower.y_px) / 2);
     EXPECT_NEAR(first, upper.y_px - sway, kTolerancePx) << y;
     EXPECT_NEAR(last, lower.y_px - sway, kTolerancePx) << y;
+  }
+}
+
+// Beads along the bed's axis, each a little wider than the one before.
+TEST(Photo, BeadsAreAsWideAsTheyWerePrinted) {
+  PhotoTraits traits = SmallPhoto();
+  traits.scene.matte = true;
+  traits.light_elevation_rad = 1.5;
+  traits.focal_heights = 5;
+  constexpr double kStep_mm = 0.0125;  // half of a cell of the height field
+  Bed bed = StraightBead(100, 112, 100, 0.4, 0.2);
+  for (int i = 1; i < 8; ++i) {
+    const double width = 0.4 + kStep_mm * i;
+    bed.strands.push_back(StraightBead(100, 112, 100 + 2 * i, width, 0.2).strands[0]);
+  }
+  const Result<Frame> photo = RenderPhoto(bed, traits, Random(1));
+  ASSERT_TRUE(photo) << photo.error().message;
+  const PhotoCamera camera(traits, *PrintedRegion(bed));
+  const double px_per_mm =
+      camera.Project({112, 107, 0}).x_px / 12 - camera.Project({100, 107, 0}).x_px / 12;
+  std::vector<double> widths_mm;
+  for (int i = 0; i < 8; ++i) {
+    constexpr int kReach = 11;
+    std::array<double, 2 * kReach + 1> level{};  // across the bead
+    for (int step = 0; step < 200; ++step) {
+      const ImagePoint at = camera.Project({101 + 0.05 * step, 100.0 + 2 * i, 0});
+      for (int row = -kReach; row <= kReach; ++row) {
+        const std::uint8_t* p = photo->view().row(static_cast<int>(std::lround(at.y_px)) + row) +
+                                std::ptrdiff_t{3} * std::lround(at.x_px);
+        level[static_cast<std::size_t>(row + kReach)] += p[0] + p[1] + p[2];
+      }
+    }
+    const double plate = (level.front() + level.back()) / 2;
+    const double filament = *std::ranges::min_element(level);
+    double sum_px = 0;
+    for (const double value : level) sum_px += (plate - value) / (plate - filament);
+    widths_mm.push_back(sum_px / px_per_mm);
+  }
+  for (std::size_t i = 1; i < widths_mm.size(); ++i) {
+    EXPECT_NEAR(widths_mm[i] - widths_mm[i - 1], kStep_mm, kStep_mm / 2) << i;
   }
 }
 
