@@ -88,7 +88,7 @@ double TrimmedMean(std::vector<double> values) {
 std::vector<Level> ZoneLevels(const Strip& strip, double pitch, double bead) {
   std::vector<Level> levels;
   const int plate_from = static_cast<int>(std::lround(0.40 * pitch));
-  const int core = std::max(0, static_cast<int>(0.15 * bead));
+  const int core = static_cast<int>(0.2 * bead);
   for (int zone = 0; zone < kZones; ++zone) {
     const auto edge = [&](double z) {
       return static_cast<std::size_t>(std::clamp(z / kZones, 0.0, 1.0) *
@@ -102,9 +102,11 @@ std::vector<Level> ZoneLevels(const Strip& strip, double pitch, double bead) {
         plate.push_back(strip.at(offset, place));
         plate.push_back(strip.at(-offset, place));
       }
-      for (int offset = -core; offset <= core; ++offset) {
-        filament.push_back(strip.at(offset, place));
-      }
+      // Over most of the bead, whose crest and flanks differ: a track a little beside the middle
+      // would read one or the other.
+      double sum = 0;
+      for (int offset = -core; offset <= core; ++offset) sum += strip.at(offset, place);
+      filament.push_back(sum / (2 * core + 1));
     }
     Level level;
     level.seen = !plate.empty();

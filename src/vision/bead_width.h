@@ -25,11 +25,11 @@ struct BeadWidths {
 /// Integrates, across each line, the brightness above the plate's over that of the filament above
 /// the plate's. A blurred edge does not change such an integral, and the texture of a plate adds to
 /// it as noise without bias. Both levels are found locally: the plate's in the middle between the
-/// lines, the filament's on the lines' middle, as a median over neighbouring lines, so that neither
-/// a break nor a shadow in one line sets it. Where light makes the plate the brighter one, the same
-/// holds with the sign turned round; between, where both look alike (filament stands out by less
-/// than twice the plate's grain), nothing is measured. Reads 200 places a line, evenly from rail to
-/// rail.
+/// lines, the filament's as the mean over most of a bead and the median over neighbouring lines, so
+/// that neither a break nor a shadow in one line sets it. Where light makes the plate the brighter
+/// one, the same holds with the sign turned round; between, where both look alike (filament stands
+/// out by less than twice the plate's grain), nothing is measured. Reads 200 places a line, evenly
+/// from rail to rail.
 /// @param contrast  filament higher than plate.
 /// @param line_pattern    REQUIRES an empty problem and at least 2 rungs.
 [[nodiscard]] BeadWidths MeasureBeadWidths(const GrayImage& contrast,
