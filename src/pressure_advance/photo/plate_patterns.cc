@@ -35,7 +35,9 @@ vision::Homography Expected(const PlatePattern& other, const PlatePattern& one,
 
 // Returns the part of the photo that shows a pattern with some plate around it; nothing if a
 // quarter of it lies outside.
-std::optional<PixelRect> PlaceOf(const vision::Homography& h, int count, const BgrView& photo) {
+// @param more  plate on each side beyond that, in spacings
+std::optional<PixelRect> PlaceOf(const vision::Homography& h, int count, const BgrView& photo,
+                                 double more) {
   double x0 = 1e9, x1 = -1e9, y0 = 1e9, y1 = -1e9;
   for (const double x : {-kBefore, count - 1 + kBehind}) {
     for (const double y : {-kBeside, kBeside}) {
@@ -47,13 +49,22 @@ std::optional<PixelRect> PlaceOf(const vision::Homography& h, int count, const B
     }
   }
   const double area = (x1 - x0) * (y1 - y0);
-  x0 = std::clamp<double>(x0, 0, photo.width);
-  x1 = std::clamp<double>(x1, 0, photo.width);
-  y0 = std::clamp<double>(y0, 0, photo.height);
-  y1 = std::clamp<double>(y1, 0, photo.height);
+  const auto clamp = [&] {
+    x0 = std::clamp<double>(x0, 0, photo.width);
+    x1 = std::clamp<double>(x1, 0, photo.width);
+    y0 = std::clamp<double>(y0, 0, photo.height);
+    y1 = std::clamp<double>(y1, 0, photo.height);
+  };
+  clamp();
   constexpr double kLeast = 0.75, kSmallest_px = 64;
   if (!((x1 - x0) * (y1 - y0) > kLeast * area)) return std::nullopt;
   if (std::min(x1 - x0, y1 - y0) < kSmallest_px) return std::nullopt;
+  const double more_px = more * vision::Distance_px(h({0, 0}), h({count - 1.0, 0})) / (count - 1);
+  x0 -= more_px;
+  x1 += more_px;
+  y0 -= more_px;
+  y1 += more_px;
+  clamp();
   return PixelRect{static_cast<int>(x0), static_cast<int>(y0), static_cast<int>(x1 - x0),
                    static_cast<int>(y1 - y0)};
 }
@@ -92,6 +103,17 @@ class Search {
   // Returns a pattern of so many corners near where it should be. One pattern's perspective,
   // continued to the next one, is off by up to three spacings; they lie 13 and more apart.
   std::optional<FoundChevrons> At(const vision::Homography& expected, int count) {
+    return At(expected, count, false);
+  }
+  // Does the same where nothing was found, with room for that error: one pattern's arms may have
+  // been cut off.
+  std::optional<FoundChevrons> Around(const vision::Homography& expected, int count) {
+    return At(expected, count, true);
+  }
+  void Add(const FoundChevrons& found) { found_.push_back(found); }
+
+ private:
+  std::optional<FoundChevrons> At(const vision::Homography& expected, int count, bool around) {
     const PointPx middle = MiddleOf(expected, count);
     constexpr double kAway = 4;
     const auto fits = [&](const FoundChevrons& found) {
@@ -100,14 +122,14 @@ class Search {
     };
     const auto known = std::ranges::find_if(found_, fits);
     if (known != found_.end()) return *known;
-    const auto place = PlaceOf(expected, count, photo_);
+    const auto place = PlaceOf(expected, count, photo_, around ? 3 : 0);
     if (!place) return std::nullopt;
     const auto searched = [&](const PixelRect& rect) {
       const double dx = rect.x + rect.width / 2.0 - place->x - place->width / 2.0;
       const double dy = rect.y + rect.height / 2.0 - place->y - place->height / 2.0;
       return std::hypot(dx, dy) < 0.1 * std::max(rect.width, rect.height);
     };
-    if (std::ranges::any_of(empty_, searched)) return std::nullopt;
+    if (!around && std::ranges::any_of(empty_, searched)) return std::nullopt;
     const auto found = FindIn(photo_, *place);
     if (found && fits(*found)) {
       found_.push_back(*found);
@@ -116,9 +138,6 @@ class Search {
     empty_.push_back(*place);
     return std::nullopt;
   }
-  void Add(const FoundChevrons& found) { found_.push_back(found); }
-
- private:
   BgrView photo_;
   std::vector<FoundChevrons> found_;
   std::vector<PixelRect> empty_;
@@ -174,6 +193,19 @@ std::optional<std::pair<std::size_t, std::size_t>> Nearest(
   return nearest;
 }
 
+// Searches the patterns that were not found, around the places that found ones name.
+void FindRest(Search& search, std::span<const PlatePattern> patterns,
+              std::vector<std::optional<FoundChevrons>>& found) {
+  std::vector<bool> tried;
+  for (const auto& one : found) tried.push_back(one.has_value());
+  while (const auto nearest = Nearest(patterns, found, tried)) {
+    const auto [next, from] = *nearest;
+    tried[next] = true;
+    found[next] =
+        search.Around(Expected(patterns[next], patterns[from], *found[from]), patterns[next].count);
+  }
+}
+
 }  // namespace
 
 PlateView FindPlatePatterns(const BgrView& photo, std::span<const PlatePattern> patterns) {
@@ -213,6 +245,7 @@ PlateView FindPlatePatterns(const BgrView& photo, std::span<const PlatePattern> 
         "places",
         most, patterns.size(), equal > 1 ? ", and they fit more than one order of the file's" : "");
   }
+  FindRest(search, patterns, view.found);
   return view;
 }
 

@@ -102,6 +102,19 @@ TEST(PlatePatterns, AreFoundByTheirPlacesAndOneThatIsNotSeenIsAbsent) {
   }
 }
 
+// A phone's lens bends the plate: a place continued from another pattern cuts off an arm's end.
+TEST(PlatePatterns, OneThatLiesBesideItsPlaceIsFound) {
+  const auto patterns = Grid(3, 2, 75, 60);
+  const cv::Mat picture = Draw(patterns, 99);
+  auto places = patterns;
+  places[0].y_mm -= 3.5 * kSpacing_mm;
+  const PlateView plate = FindPlatePatterns(
+      {picture.data, picture.cols, picture.rows, static_cast<std::ptrdiff_t>(picture.step)},
+      places);
+  ASSERT_EQ(plate.problem, "");
+  for (std::size_t i = 0; i < 6; ++i) EXPECT_TRUE(plate.found[i].has_value()) << i;
+}
+
 TEST(PlatePatterns, AnOrderThatDoesNotFitIsRefused) {
   const auto patterns = Grid(3, 2, 75, 60);
   auto other = Grid(6, 1, 75, 60);
