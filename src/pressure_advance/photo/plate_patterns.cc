@@ -167,8 +167,15 @@ std::optional<FoundChevrons> FindOne(const BgrView& photo, std::span<const Plate
   std::ranges::stable_sort(parts, {}, &std::pair<double, PixelRect>::first);
   for (const auto& [away, rect] : parts) {
     const auto found = FindIn(photo, rect);
-    const auto whole = [&](const PlatePattern& p) { return IsCount(*found, p.count); };
-    if (found && std::ranges::any_of(patterns, whole)) return found;
+    const auto whole = [&](const FoundChevrons& f) {
+      return std::ranges::any_of(patterns,
+                                 [&](const PlatePattern& p) { return IsCount(f, p.count); });
+    };
+    if (!found || !whole(*found)) continue;
+    // Another pattern in the part may have bent the plane, and others' places follow from it.
+    const auto place = PlaceOf(found->photo_from_plane, found->count, photo, 1);
+    const auto alone = place ? FindIn(photo, *place) : std::nullopt;
+    return alone && whole(*alone) ? alone : found;
   }
   return std::nullopt;
 }

@@ -115,6 +115,13 @@ TEST(PlatePatterns, OneThatLiesBesideItsPlaceIsFound) {
   for (std::size_t i = 0; i < 6; ++i) EXPECT_TRUE(plate.found[i].has_value()) << i;
 }
 
+// Part of the photo that holds one pattern holds its neighbours' arms, which bend its plane.
+TEST(PlatePatterns, OnesThatLieCloseTogetherAreFound) {
+  const PlateView plate = Find(Grid(3, 3, 62, 46), 99);
+  ASSERT_EQ(plate.problem, "");
+  for (std::size_t i = 0; i < 9; ++i) EXPECT_TRUE(plate.found[i].has_value()) << i;
+}
+
 TEST(PlatePatterns, AnOrderThatDoesNotFitIsRefused) {
   const auto patterns = Grid(3, 2, 75, 60);
   auto other = Grid(6, 1, 75, 60);
