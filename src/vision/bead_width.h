@@ -13,7 +13,8 @@ struct BeadReading {
   double x_px = 0;
   double centre_px = 0;  ///< y of the bead's middle (of its track where it is broken)
   double width_px = 0;   ///< about 0 where the filament broke; may fall below 0 by noise
-  double sigma_px = 0;   ///< 1 sigma; 0 where nothing can be measured
+  double sigma_px = 0;   ///< 1 sigma; 0 where nothing can be measured, and with a width above 0
+                         ///< where the plate has no grain, as in a drawing
   bool seen = true;      ///< false beyond the photo's border
 };
 

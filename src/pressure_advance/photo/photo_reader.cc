@@ -58,12 +58,13 @@ std::vector<LineProfile> Profiles(const vision::BeadWidths& widths,
     profile.cross_section_unit = CrossSectionUnit::kPixel;
     profile.position_unit = PositionUnit::kLineLength;
     const std::vector<vision::BeadReading>& readings = widths.lines[line];
-    std::size_t gaps = 0, seen = 0;
+    std::size_t gaps = 0, plain = 0, seen = 0;
     for (std::size_t i = 0; i < readings.size(); ++i) {
       ProfileSample sample;
       sample.position = (static_cast<double>(i) + 0.5) / static_cast<double>(readings.size());
       sample.gap = !(readings[i].sigma_px > 0);
       gaps += readings[i].seen && sample.gap;
+      plain += readings[i].seen && sample.gap && readings[i].width_px > 0;
       seen += readings[i].seen;
       if (!sample.gap) {
         sample.width = {std::max(0.0, readings[i].width_px), readings[i].sigma_px};
@@ -71,7 +72,12 @@ std::vector<LineProfile> Profiles(const vision::BeadWidths& widths,
       profile.samples.push_back(sample);
     }
     constexpr double kMaxGaps = 0.5;
-    if (static_cast<double>(gaps) > kMaxGaps * static_cast<double>(seen)) {
+    if (static_cast<double>(plain) > kMaxGaps * static_cast<double>(seen)) {
+      profile.unusable = fmt::format(
+          "the plate is of one even colour, without any grain, along {} of {} places of this line: "
+          "a drawing or a slicer's preview, or an overexposed photo; take a photo of the print",
+          plain, seen);
+    } else if (static_cast<double>(gaps) > kMaxGaps * static_cast<double>(seen)) {
       profile.unusable = fmt::format(
           "filament and plate look alike along {} of {} places of this line: glare or shadow", gaps,
           seen);
@@ -330,6 +336,12 @@ void MeasureLines(PhotoLines& seen, const PhotoOptions& given, PhotoMeasurement&
   if (side.names.refusal.empty()) {
     measurement.refusal = CheckSharpness(seen.line_pattern, widths.blur_px);
     if (!measurement.refusal.empty()) return;
+    // Lines that cannot be measured show no side either.
+    if (std::ranges::none_of(side.profiles, &std::string::empty, &LineProfile::unusable)) {
+      measurement.refusal =
+          fmt::format("no line can be measured: {}", side.profiles.front().unusable);
+      return;
+    }
   }
   if (!side.usable()) {
     measurement.refusal = !first_refusal.empty() ? first_refusal : side.refusal();

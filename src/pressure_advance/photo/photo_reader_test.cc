@@ -54,6 +54,15 @@ TEST(PhotoReader, MeasuresDrawnWidthsWithoutNoise) {
   EXPECT_LT(errors.scatter, 0.015);
 }
 
+// Slicer's preview: lines of one width on a plate of one colour.
+TEST(PhotoReader, NamesADrawingAsTheCause) {
+  DrawnPhoto drawn = Usual();
+  drawn.grain = drawn.noise = drawn.unevenness = 0;
+  const Frame photo = Draw(drawn);
+  const PhotoMeasurement measured = MeasurePhoto(photo.view(), OptionsFor(drawn));
+  EXPECT_THAT(measured.refusal, HasSubstr("a drawing"));
+}
+
 TEST(PhotoReader, ReadsTexturedPlatesWithHonestSigma) {
   for (const bool darker : {false, true}) {
     DrawnPhoto drawn = Usual();
