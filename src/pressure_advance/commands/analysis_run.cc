@@ -296,7 +296,7 @@ void PrintUsed(const Analysis& analysis) {
              analysis.lines.size());
   std::vector<std::pair<std::string, std::string>> unused;  // reason, values
   for (const auto& line : analysis.lines) {
-    if (line.used) continue;
+    if (line.used || line.reason.empty()) continue;  // the verdict says why no line is used
     const auto same = std::ranges::find(unused, line.reason, &decltype(unused)::value_type::first);
     const std::string value = fmt::format("{:.4f}", line.pressure_advance_s);
     if (same != unused.end()) {

@@ -13,6 +13,7 @@ using ::testing::AllOf;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
+using ::testing::Not;
 
 PhotoMeasurement ChangesAt(double begin, double end) {
   PhotoMeasurement seen;
@@ -40,6 +41,18 @@ TEST(MotionSeen, TheNoticeNamesThePlacesThatAreUsed) {
   notices.clear();
   motion = MotionSeen(plan, ChangesAt(0.28, 0.73), notices);
   EXPECT_THAT(notices, IsEmpty());
+}
+
+TEST(PrintAnswer, UnusedLinesWithoutAReasonOfTheirOwnAreNotListed) {
+  pressure_advance::Analysis analysis;
+  analysis.lines.resize(2);
+  analysis.lines[1].reason = "torn";
+  analysis.pressure_advance = Measured::Refused("too fast");
+  ::testing::internal::CaptureStdout();
+  PrintAnswer(analysis);
+  const std::string text = ::testing::internal::GetCapturedStdout();
+  EXPECT_THAT(text, AllOf(HasSubstr("0 of 2 used\n  at 0.0000 s: torn\n"), HasSubstr("too fast")));
+  EXPECT_THAT(text, Not(HasSubstr("s: \n")));
 }
 
 TEST(PhotoBatch, SeveralPatternsOfLinesAreNamedByTheirPlatesOrPlaces) {
