@@ -1,7 +1,6 @@
 #include "pressure_advance/photo/photo_lines.h"
 
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
@@ -294,16 +293,26 @@ struct FreeComb {
   double score = 0;
 };
 
-// True if lines seen whole are as long as planned. A comb of every second line, of a part of the
-// lines or of something else is not.
-bool HasPlannedLength(const vision::LinePattern& pattern, std::optional<double> length_pitches) {
-  if (!length_pitches || !pattern.left_seen || !pattern.right_seen) return true;
+// Returns the length of lines seen whole in distances between neighbours; else nothing.
+std::optional<double> LengthSeen_pitches(const vision::LinePattern& pattern) {
+  if (!pattern.left_seen || !pattern.right_seen) return std::nullopt;
+  const double middle = pattern.left_inner.centre;
+  return (pattern.right_inner(middle) - pattern.left_inner(middle)) / pattern.pitch_px;
+}
+
+// Returns why lines seen whole are not those of the plan: a comb of every second line, of a part of
+// the lines or of something else has another length. Empty: they may be.
+std::string OtherLength(const vision::LinePattern& pattern, std::optional<double> length_pitches) {
+  const auto seen = LengthSeen_pitches(pattern);
+  if (!length_pitches || !seen) return {};
   // Perspective of 20 % changes the ratio by 5 %; lines may start late by a tenth.
   constexpr double kShortest = 0.82, kLongest = 1.1;
-  const double middle = pattern.left_inner.centre;
-  const double length_px = pattern.right_inner(middle) - pattern.left_inner(middle);
-  const double share = length_px / pattern.pitch_px / *length_pitches;
-  return share > kShortest && share < kLongest;
+  const double share = *seen / *length_pitches;
+  if (share > kShortest && share < kLongest) return {};
+  return fmt::format(
+      "{} lines are seen, {:.0f} times as long as the distance between them, and in the file they "
+      "are {:.0f} times as long: is it the photo of this print?",
+      pattern.rungs.size(), *seen, *length_pitches);
 }
 
 // Selects the clearest lines that end side by side, as long as the plan has them. One with the
@@ -313,7 +322,7 @@ PhotoLines LinesWithoutFrame(PhotoSearch& photo, const PhotoOptions& options) {
   const std::size_t wanted = options.pressure_advance_s.size();
   const BgrView measured = photo.picture().view();
   std::vector<FreeComb> found;
-  std::string problem;
+  std::string problem, other_length;
   for (const vision::FoundComb& comb : Clearest(photo)) {
     std::optional<CombView> view = LookAtComb(measured, comb, ChoosingSize_px(wanted), false);
     if (!view) continue;
@@ -322,11 +331,9 @@ PhotoLines LinesWithoutFrame(PhotoSearch& photo, const PhotoOptions& options) {
       if (problem.empty()) problem = pattern.problem;
       continue;
     }
-    if (!HasPlannedLength(pattern, options.length_pitches)) {
-      if (problem.empty()) {
-        problem = fmt::format("{} lines are seen, but their length does not fit their spacing",
-                              pattern.rungs.size());
-      }
+    std::string other = OtherLength(pattern, options.length_pitches);
+    if (!other.empty()) {
+      if (other_length.empty()) other_length = std::move(other);
       continue;
     }
     const double score = comb.weight * pattern.ended;
@@ -336,6 +343,7 @@ PhotoLines LinesWithoutFrame(PhotoSearch& photo, const PhotoOptions& options) {
   if (found.empty()) {
     result.problem = fmt::format(
         "{}. {}", problem.empty() ? "no equally spaced lines are seen" : problem, kAdvice);
+    if (!other_length.empty()) result.problem = other_length;
     return result;
   }
   const auto places = [](const FreeComb& comb) { return PlacesOf(comb.view.line_pattern); };
@@ -425,6 +433,13 @@ std::optional<std::size_t> FirstPlace(const vision::LinePattern& line_pattern, s
   return from_bottom == first_at_bottom ? 0 : wanted - places;
 }
 
+std::string ListText(const std::vector<double>& values_s) {
+  std::string text;
+  for (const double value : values_s)
+    text += fmt::format("{}{:.4g}", text.empty() ? "" : ", ", value);
+  return text;
+}
+
 // True if the list's gaps are exactly at the missing rungs.
 bool JumpsAlike(const std::vector<int>& steps, const std::vector<double>& list) {
   std::vector<double> unit;
@@ -461,7 +476,7 @@ LineNames NameLines(const vision::LinePattern& line_pattern, const std::vector<d
       names.notice = fmt::format(
           "{} of {} lines are not in the photo (those at {} s); the others were named by their "
           "places",
-          places - found, places, fmt::join(missing, ", "));
+          places - found, places, ListText(missing));
     }
   } else if (found == list.size() && JumpsAlike(steps, list)) {
     names.pressure_advance_s = list;

@@ -19,6 +19,7 @@
 namespace trammel::pressure_advance {
 namespace {
 
+using ::testing::Contains;
 using ::testing::HasSubstr;
 
 struct WidthErrors {
@@ -183,10 +184,24 @@ TEST(PhotoReader, NamesLinesByTheirPlacesWhereSomeAreMissing) {
       EXPECT_EQ(measured.profiles[i].pressure_advance_s, rest[i]);
     }
   }
+  options.pressure_advance_s = all;
+  options.pressure_advance_s[5] = 0.1 - 0.075;  // 0.025000000000000008
+  EXPECT_THAT(MeasurePhoto(Draw(drawn).view(), options).notices,
+              Contains(HasSubstr("(those at 0.025 s)")));
   // Given as many values as lines, but a list with its gap elsewhere.
   options.pressure_advance_s = all;
   options.pressure_advance_s.erase(options.pressure_advance_s.begin() + 8);
   EXPECT_THAT(MeasurePhoto(Draw(drawn).view(), options).refusal, HasSubstr("check the list"));
+}
+
+TEST(PhotoReader, NamesAnotherPrintsLengthOfLines) {
+  const DrawnPhoto drawn = Usual();
+  PhotoOptions options = OptionsFor(drawn);
+  options.framed = false;
+  options.length_pitches = 0.5 * drawn.length_mm / drawn.spacing_mm;
+  const std::string refusal = MeasurePhoto(Draw(drawn).view(), options).refusal;
+  EXPECT_THAT(refusal, HasSubstr("in the file they are 8 times as long"));
+  EXPECT_THAT(refusal, HasSubstr("is it the photo of this print?"));
 }
 
 TEST(PhotoReader, RefusesPhotosWithoutAWholePattern) {
