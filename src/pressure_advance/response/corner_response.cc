@@ -101,10 +101,10 @@ RangedAnswer Judge(const signal::ZeroCrossing& fit, const CornerMotion& motion,
                    const Interval& tested) {
   if (!(fit.slope > kMinSignificance * fit.slope_sigma)) {
     return {Measured::CannotTell(fmt::format(
-                "the corners do not become thinner with pressure advance (slope {:.3g} +- {:.2g} "
-                "mm/s); print lines (PA Line) instead, or a lower acceleration, if the values are "
-                "in order",
-                fit.slope, fit.slope_sigma)),
+                "the corners do not become clearly thinner with pressure advance (slope {:.3g} "
+                "mm/s, standard error {:.2g}; {:g} standard errors are needed): print lines (PA "
+                "Line) instead, or a lower acceleration, if the values are in order",
+                fit.slope, fit.slope_sigma, kMinSignificance)),
             std::nullopt};
   }
   const double lines = std::hypot(fit.zero_sigma, fit.bend_shift);
