@@ -234,12 +234,13 @@ Choice Choose(const Frame& picture, const Seen& seen, std::size_t count,
 }
 
 // Returns why nothing of the plan's kind is seen where the other kind is; else the problem.
-std::string OfOtherKind(const Frame& picture, bool wants_corners, const std::string& problem) {
-  const auto other = pressure_advance::FindOtherPattern(picture.view(), {});
-  if (!other || other->chevrons.has_value() == wants_corners) return problem;
+std::string OfOtherKind(pressure_advance::PhotoSearch& photo, PatternForm expected,
+                        const std::string& problem) {
+  const std::size_t count = CountOfOtherKind(photo, expected);
+  if (count == 0) return problem;
+  const bool lines = expected == PatternForm::kLines;
   return fmt::format("{} are seen, and {} are expected: is it the photo of this print?",
-                     CountText(other->count(), !wants_corners),
-                     wants_corners ? "corners" : "lines");
+                     CountText(count, lines), lines ? "lines" : "corners");
 }
 
 // Refuses a photo, and keeps it for the report.
@@ -291,7 +292,7 @@ NamedLines MeasureNumbered(pressure_advance::PhotoSearch& photo, PhotoPlan& plan
     }
   }
   if (!lines.problem.empty() && plan.form == PatternForm::kLines) {
-    lines.problem = OfOtherKind(picture, false, lines.problem);
+    lines.problem = OfOtherKind(photo, PatternForm::kLines, lines.problem);
   }
   named.seen = MeasurePhotoLines(std::move(lines), OptionsOf(plan));
   return named;
@@ -322,7 +323,7 @@ AnalysisRun AnalysePicture(pressure_advance::PhotoSearch& photo, const std::stri
     constexpr int kSmallest_px = 100;
     if (given.form == PatternForm::kCorners && view.found.count == 0 &&
         std::min(picture.width, picture.height) >= kSmallest_px) {
-      return Refused(picture, file, OfOtherKind(picture, true, view.problem), {});
+      return Refused(picture, file, OfOtherKind(photo, PatternForm::kCorners, view.problem), {});
     }
     // Arms of chevrons are not read as lines.
     if (given.form == PatternForm::kCorners || view.found.count > 0) {

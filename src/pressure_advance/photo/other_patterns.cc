@@ -10,6 +10,18 @@
 #include "vision/line_pattern.h"
 
 namespace trammel::pressure_advance {
+namespace {
+
+constexpr std::size_t kFewestPatternLines = 5;  // fewer are a frame's or a neighbour's
+
+PhotoLines LinesOfAnyTool(PhotoSearch& photo) {
+  PhotoOptions options;
+  options.framed = false;
+  options.pressure_advance_s.resize(kUsualLines);
+  return FindPhotoLines(photo, options);
+}
+
+}  // namespace
 
 std::size_t OtherPattern::count() const {
   return chevrons ? static_cast<std::size_t>(chevrons->count) : lines.line_pattern.rungs.size();
@@ -59,20 +71,27 @@ std::optional<OtherPattern> FindOtherPattern(const BgrView& photo,
         {{1 / scale, 0, shift, 0, 1 / scale, shift, 0, 0, 1}}, other.chevrons->photo_from_plane);
     return other;
   }
-  PhotoOptions options;
-  options.framed = false;
-  options.pressure_advance_s.resize(kUsualLines);
-  other.lines = FindPhotoLines(rest, options);
-  if (!other.lines.problem.empty()) return std::nullopt;
+  other.lines = LinesOfAnyTool(rest);
+  if (!other.lines.problem.empty() || other.count() < kFewestPatternLines) return std::nullopt;
   for (vision::PointPx& p : other.lines.corners) p = {p.x / scale + shift, p.y / scale + shift};
   return other;
 }
 
+std::size_t CountOfOtherKind(PhotoSearch& photo, PatternForm expected) {
+  if (expected == PatternForm::kLines) {
+    const auto chevrons = vision::FindChevrons(photo.picture().view(), photo.Combs());
+    return chevrons ? static_cast<std::size_t>(chevrons->count) : 0;
+  }
+  const PhotoLines lines = LinesOfAnyTool(photo);
+  const std::size_t count = lines.problem.empty() ? lines.line_pattern.rungs.size() : 0;
+  return count < kFewestPatternLines ? 0 : count;
+}
+
 bool InTwoGroups(const vision::LinePattern& lines) {
-  constexpr int kRoom = 4;            // places
-  constexpr std::size_t kFewest = 5;  // lines of a group
+  constexpr int kRoom = 4;  // places
   for (std::size_t i = 0; i < lines.steps.size(); ++i) {
-    if (lines.steps[i] >= kRoom && i + 1 >= kFewest && lines.rungs.size() - i - 1 >= kFewest) {
+    if (lines.steps[i] >= kRoom && i + 1 >= kFewestPatternLines &&
+        lines.rungs.size() - i - 1 >= kFewestPatternLines) {
       return true;
     }
   }

@@ -7,6 +7,8 @@
 
 #include "base/frame.h"
 #include "pressure_advance/photo/photo_lines.h"
+#include "pressure_advance/photo/photo_search.h"
+#include "pressure_advance/profile/line_profile.h"
 #include "vision/chevron_finder.h"
 #include "vision/image.h"
 
@@ -30,6 +32,11 @@ struct OtherPattern {
 /// REQUIRES a photo of at least 16 px each way.
 [[nodiscard]] std::optional<OtherPattern> FindOtherPattern(
     const BgrView& photo, std::span<const vision::PointPx> outline);
+
+/// Counts corners in a photo in which lines are expected and none were found, and the other way
+/// round; 0: there are none. Takes the combs that were searched before.
+/// REQUIRES a photo of at least 16 px each way.
+[[nodiscard]] std::size_t CountOfOtherKind(PhotoSearch& photo, PatternForm expected);
 
 /// True if lines lie in two groups with room for more between them, as those of two patterns one
 /// above the other do.

@@ -4,6 +4,8 @@
 
 #include <vector>
 
+#include "pressure_advance/photo/photo_test_support.h"
+
 namespace trammel::pressure_advance {
 namespace {
 
@@ -19,6 +21,19 @@ TEST(OtherPatterns, AWideGapBetweenLinesPartsTwoGroups) {
   EXPECT_FALSE(in_two({1, 1, 1, 6, 1, 1, 1, 1}));     // four lines are no pattern
   EXPECT_FALSE(in_two({1, 1, 1, 1, 1, 6}));
   EXPECT_FALSE(in_two({}));
+}
+
+TEST(OtherPatterns, LinesAreCountedWhereCornersAreExpected) {
+  const auto count_of = [](std::size_t lines, PatternForm expected) {
+    DrawnPhoto drawn = Usual();
+    drawn.frame = false;
+    drawn.pressure_advance_s = Steps(lines);
+    PhotoSearch photo(Draw(drawn));
+    return CountOfOtherKind(photo, expected);
+  };
+  EXPECT_EQ(count_of(7, PatternForm::kCorners), 7U);
+  EXPECT_EQ(count_of(7, PatternForm::kLines), 0U);
+  EXPECT_EQ(count_of(3, PatternForm::kCorners), 0U);
 }
 
 }  // namespace
