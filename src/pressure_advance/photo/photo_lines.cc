@@ -311,7 +311,7 @@ std::string OtherLength(const vision::LinePattern& pattern, std::optional<double
   if (share > kShortest && share < kLongest) return {};
   return fmt::format(
       "{} lines are seen, {:.0f} times as long as the distance between them, and in the file they "
-      "are {:.0f} times as long: is it the photo of this print?",
+      "are {:.0f} times as long: is it the photo of this print, and are the whole lines in it?",
       pattern.rungs.size(), *seen, *length_pitches);
 }
 

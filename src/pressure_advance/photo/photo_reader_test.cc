@@ -201,7 +201,7 @@ TEST(PhotoReader, NamesAnotherPrintsLengthOfLines) {
   options.length_pitches = 0.5 * drawn.length_mm / drawn.spacing_mm;
   const std::string refusal = MeasurePhoto(Draw(drawn).view(), options).refusal;
   EXPECT_THAT(refusal, HasSubstr("in the file they are 8 times as long"));
-  EXPECT_THAT(refusal, HasSubstr("is it the photo of this print?"));
+  EXPECT_THAT(refusal, HasSubstr("is it the photo of this print, and are the whole lines in it?"));
 }
 
 TEST(PhotoReader, RefusesPhotosWithoutAWholePattern) {
