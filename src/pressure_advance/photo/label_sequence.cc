@@ -357,7 +357,7 @@ SequenceReading ReadSequence(const BgrView& photo, const std::vector<LabelPlaces
                              std::size_t candidates, const std::vector<double>& given_s) {
   TRAMMEL_CHECK(candidates >= 4, "{} candidates", candidates);
   // Tuned on virtual prints, seeds 310000 to 310999.
-  constexpr double kLeastScore = 30, kLeastLead = 15;
+  constexpr double kLeastLead = 15;
   SequenceReading result;
   // OrcaSlicer prints 51 lines on a usual bed; memory grows with the number.
   constexpr std::size_t kMostCandidates = 120;
@@ -369,8 +369,9 @@ SequenceReading ReadSequence(const BgrView& photo, const std::vector<LabelPlaces
   result.problem = labels.problem;
   if (!labels.reading) return result;
   const RowReading& best = *labels.reading;
+  result.score = best.score;
   result.lead = best.score - labels.rival;
-  if (best.score < kLeastScore) {
+  if (best.score < kLeastLabelScore) {
     result.problem = "none are seen";
     return result;
   }

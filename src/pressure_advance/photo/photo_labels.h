@@ -19,7 +19,7 @@ struct LabelReading {
   std::string problem;                     ///< why they were not read; empty if they were
   double lead = 0;  ///< logarithmic likelihood over that of the next best sequence
   std::optional<PhotoSide> from = {}, start = {};  ///< of lines: sides of the photo, by the labels
-  bool mirrored = false;  ///< the photo is, by labels that are read or show the given values
+  bool mirrored = false;  ///< the photo is, by labels that are read or at least seen
 };
 
 /// Reads the labels of chevrons.
