@@ -266,7 +266,7 @@ cv::Mat Shoot(const fs::path& folder, const std::string& pattern, const std::str
   EXPECT_THAT(test::RunTrammel("sim pattern " + pattern + " -o " + gcode, folder), Ends(0));
   EXPECT_THAT(test::RunTrammel("sim photo " + gcode +
                                    " --phone --scene black-on-gold --pressure-advance 0.045 "
-                                   "--seed 31 -o " +
+                                   "--seed 33 -o " +
                                    photo + " --size " + size,
                                folder),
               Ends(0));

@@ -423,8 +423,8 @@ ChevronView ViewChevrons(const BgrView& photo, const vision::FoundChevrons& foun
   view.photo_width_px = photo.width;
   view.photo_height_px = photo.height;
   view.problem =
-      "the pattern is not seen as a whole, or filament and plate look alike. All of it must be in "
-      "the picture, sharp and without glare";
+      "the pattern is not seen as a whole, or filament and plate look alike. All of it, and no "
+      "other one, must be in the picture, sharp and without glare";
   return view;
 }
 
