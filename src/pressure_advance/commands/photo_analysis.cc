@@ -281,7 +281,8 @@ NamedLines MeasureNumbered(pressure_advance::PhotoSearch& photo, PhotoPlan& plan
           count);
       return named;
     }
-    Choice choice = Choose(picture, lines, count, plan.pressure_advance_s);
+    // A frame of its own tells a pattern from whatever else has edges side by side.
+    Choice choice = plan.framed ? Choice{} : Choose(picture, lines, count, plan.pressure_advance_s);
     named.other = choice.other;
     named.seen.refusal = std::move(choice.problem);
     if (named.other || !named.seen.refusal.empty()) return named;
