@@ -511,8 +511,8 @@ std::optional<FoundChevrons> FindChevrons(const BgrView& photo, std::span<const 
       if (score > 0) pairs.push_back({&combs[i], &combs[j], score});
     }
   }
-  // The same arms are found as several combs. 24 sufficed for the pair that is best in detail, of
-  // 20 virtual photos, seeds 350100 to 350233.
+  // The same arms are found as several combs. Assumed: 24 sufficed for the pair that is best in
+  // detail in the two virtual photos that were looked at.
   constexpr std::size_t kBestPairs = 32;
   constexpr double kMinScore = 1;  // columns of full contrast
   std::ranges::stable_sort(pairs, std::greater(), &Pair::score);

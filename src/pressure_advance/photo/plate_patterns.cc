@@ -138,6 +138,7 @@ class Search {
     empty_.push_back(*place);
     return std::nullopt;
   }
+
   BgrView photo_;
   std::vector<FoundChevrons> found_;
   std::vector<PixelRect> empty_;
@@ -251,6 +252,7 @@ PlateView FindPlatePatterns(const BgrView& photo, std::span<const PlatePattern> 
         "photo not mirrored? Take a photo of all of them, or one of each in the order of their "
         "places",
         most, patterns.size(), equal > 1 ? ", and they fit more than one order of the file's" : "");
+    return view;
   }
   FindRest(search, patterns, view.found);
   return view;

@@ -137,7 +137,8 @@ class SlantedRelief {
   }
 
  private:
-  // 16.26 degrees: lines along the axes and at 45 degrees cross a cell's edge every four cells.
+  // 16.26 degrees: lines along the axes cross a cell's edge every 3.4 cells, others at 45 degrees
+  // every 1.8.
   static constexpr double kCos = 0.96, kSin = 0.28;
   static constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
