@@ -233,14 +233,15 @@ Choice Choose(const Frame& picture, const Seen& seen, std::size_t count,
                           : "")};
 }
 
-// Returns why nothing of the plan's kind is seen where the other kind is; else the problem.
+// Returns the problem, and before it the other kind where that is seen: arms of corners that are
+// hardly seen are lines, too.
 std::string OfOtherKind(pressure_advance::PhotoSearch& photo, PatternForm expected,
                         const std::string& problem) {
   const std::size_t count = CountOfOtherKind(photo, expected);
   if (count == 0) return problem;
   const bool lines = expected == PatternForm::kLines;
-  return fmt::format("{} are seen, and {} are expected: is it the photo of this print?",
-                     CountText(count, lines), lines ? "lines" : "corners");
+  return fmt::format("{} are seen, and {} are expected: is it the photo of this print? If it is, {}",
+                     CountText(count, lines), lines ? "lines" : "corners", problem);
 }
 
 // Refuses a photo, and keeps it for the report.
