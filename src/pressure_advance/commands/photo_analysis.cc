@@ -240,8 +240,9 @@ std::string OfOtherKind(pressure_advance::PhotoSearch& photo, PatternForm expect
   const std::size_t count = CountOfOtherKind(photo, expected);
   if (count == 0) return problem;
   const bool lines = expected == PatternForm::kLines;
-  return fmt::format("{} are seen, and {} are expected: is it the photo of this print? If it is, {}",
-                     CountText(count, lines), lines ? "lines" : "corners", problem);
+  return fmt::format(
+      "{} are seen, and {} are expected: is it the photo of this print? If it is, {}",
+      CountText(count, lines), lines ? "lines" : "corners", problem);
 }
 
 // Refuses a photo, and keeps it for the report.
