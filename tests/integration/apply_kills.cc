@@ -62,7 +62,7 @@ class KilledShop {
     TrammelProcess process(Words(words), shop_.folder());
     std::this_thread::sleep_for(std::chrono::duration<double>(after_s));
     process.Send(SIGKILL);
-    (void)process.Wait(10);
+    (void)process.Wait();
     std::this_thread::sleep_for(std::chrono::milliseconds(200));  // sent values take effect
   }
 

@@ -312,7 +312,7 @@ TEST_F(Apply, OfTwoAtOnceEachIsNotedAsItCameIntoForce) {
           shop_.folder()));
     }
     for (const auto& process : both) {
-      EXPECT_THAT(process->Wait(30), Ends(0));
+      EXPECT_THAT(process->Wait(), Ends(0));
     }
     const auto noted = Noted();
     ASSERT_GE(noted.size(), 2u);
@@ -389,7 +389,7 @@ TEST_F(Apply, SetsNothingThatItCannotNote) {
     TrammelProcess process(
         {"pa", "apply", fmt::format("{:.4f}", new_s), "--printer", shop_.address()}, shop_.folder(),
         {.file_bytes = had.size() + more});
-    const ProcessEnd end = process.Wait(30);
+    const ProcessEnd end = process.Wait();
     const std::string has = ReadWhole(applied);
     EXPECT_TRUE(has.starts_with(had) && has.ends_with('\n')) << has;
     if (end.exit_code == 0) {

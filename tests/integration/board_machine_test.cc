@@ -195,7 +195,7 @@ TEST_F(BoardMachine, CtrlCInTheMiddleLeavesTheMachineStandingAndThePicturesKept)
     std::this_thread::sleep_for(std::chrono::milliseconds(5));
   }
   run.Send(SIGINT);
-  EXPECT_EQ(run.Wait(30).exit_code, 130) << run.StandardErrorSoFar();
+  EXPECT_EQ(run.Wait().exit_code, 130) << run.StandardErrorSoFar();
   EXPECT_THAT(run.StandardErrorSoFar(), HasSubstr("are kept in"));
   EXPECT_TRUE(Stands().allFinite());
   EXPECT_GE(ReadJson("run/board.json")["views"].size(), 7U);

@@ -21,7 +21,6 @@ namespace {
 
 using ::testing::IsEmpty;
 
-constexpr double kEnough_s = 240;  // it takes some 70 s
 constexpr double kDegree = 0.017453292519943295;
 // Tolerances of the values: a scan at 0.05 mm, heights at 1 %.
 const std::map<std::string, double> kBorne = {
@@ -44,7 +43,7 @@ TEST(CameraSetup, FindsHowLaserAndCameraSitAndLeavesThePrinterAsItWas) {
   shop.Script(kWorkedWith);
   const PrinterLook before = shop.Look();
   const std::string settings = ReadWhole(shop.folder() / "trammel.toml");
-  const ProcessEnd end = shop.Run(SetupArguments(shop, {"--json"}), kEnough_s);
+  const ProcessEnd end = shop.Run(SetupArguments(shop, {"--json"}));
   ASSERT_EQ(end.exit_code, 0) << end.standard_error << end.standard_output;
   const auto answer = nlohmann::json::parse(end.standard_output);
   for (const SetupError& error : SetupErrors(answer, TruthOf(kSeed, Wrong()))) {
@@ -65,7 +64,7 @@ TEST(CameraSetup, ALaserThatIsNotSeenIsNamedBeforeAnythingIsPrinted) {
   rig.rig.laser_brightness = 0;
   MachineShop shop(SetupHall(7, rig));
   const PrinterLook before = shop.Look();
-  EXPECT_THAT(shop.Run(SetupArguments(shop), kEnough_s),
+  EXPECT_THAT(shop.Run(SetupArguments(shop)),
               Prints(2, "no laser stripe goes through the picture"));
   EXPECT_FALSE(std::filesystem::exists(shop.folder() / "set" / "mark.gcode"));
   EXPECT_THAT(shop.Faulty(before), IsEmpty());
@@ -79,7 +78,7 @@ TEST(CameraSetup, AnInterruptionWithTheLaserOnLeavesThePrinterAsItWas) {
   shop.WaitUntil([](sim::VirtualKlipper& klipper) { return klipper.pins.at("LASER") > 0; },
                  "the laser was on", process);
   process.Send(SIGINT);
-  EXPECT_THAT(process.Wait(kEnough_s), Ends(130));
+  EXPECT_THAT(process.Wait(), Ends(130));
   EXPECT_THAT(shop.Faulty(before), IsEmpty());
   EXPECT_FALSE(std::filesystem::exists(shop.folder() / "new.toml"));
 }

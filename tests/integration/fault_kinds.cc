@@ -21,7 +21,6 @@ using sim::VirtualKlipper;
 constexpr int kSoftwareBug = 70;
 constexpr const char* kForeignFile = "somebody_elses.gcode";
 constexpr double kForeignNozzle_c = 201;
-constexpr double kSecondRun_s = 200;
 
 RandomStrike Klipper(std::function<void(VirtualKlipper&)> change) {
   return [change](MachineShop& shop, TrammelProcess&, Random&) { shop.With(change); };
@@ -91,7 +90,7 @@ void StartForeignPrint(MachineShop& shop, TrammelProcess& process, Random&) {
 void SecondTrammel(MachineShop& shop, TrammelProcess& process, Random&) {
   if (!process.Running()) return;
   const ProcessEnd second =
-      shop.Run({"pa", "calibrate", "--out", "rec_second", "--printer", shop.address()}, 60);
+      shop.Run({"pa", "calibrate", "--out", "rec_second", "--printer", shop.address()});
   if (!process.Running()) return;  // the first one ended meanwhile: the second may do as it likes
   if (second.exit_code != 3 && second.exit_code != 4) {
     throw std::runtime_error(fmt::format("the second trammel ended with {}:\n{}", second.exit_code,
@@ -101,8 +100,8 @@ void SecondTrammel(MachineShop& shop, TrammelProcess& process, Random&) {
 
 // Whatever the dead run left, the next one finds it, works, and leaves the printer safe.
 void RunOnceMore(MachineShop& shop, Outcome& outcome) {
-  const ProcessEnd second = shop.Run(
-      {"pa", "calibrate", "--out", "rec_second", "--printer", shop.address()}, kSecondRun_s);
+  const ProcessEnd second =
+      shop.Run({"pa", "calibrate", "--out", "rec_second", "--printer", shop.address()});
   outcome.end.standard_error += "\n--- the next run ---\n" + second.standard_error;
   if (second.signal != 0 || (second.exit_code != 0 && second.exit_code != 2)) {
     throw std::runtime_error(

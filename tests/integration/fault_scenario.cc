@@ -12,8 +12,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr double kEnough_s = 240;  // beyond the two minutes for which a lost printer is waited for
-
 std::optional<double> NumberOf(const nlohmann::json& object, const char* key) {
   if (!object.contains(key) || !object[key].is_number()) return {};
   return object[key].get<double>();
@@ -47,7 +45,7 @@ void PlayIn(MachineShop& shop, const Scenario& scenario, Outcome& outcome) {
   } catch (const std::exception& failure) {
     outcome.problem = failure.what();
   }
-  outcome.end = process->Wait(kEnough_s);
+  outcome.end = process->Wait();
   const double end_s = shop.MachineTime();
   try {
     if (scenario.after) scenario.after(shop, outcome);

@@ -26,7 +26,6 @@ using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 using ::testing::Not;
 
-constexpr double kEnough_s = 120;
 constexpr int kMachine = 3, kInterrupted = 130;
 constexpr const char* kVase = "vase.gcode";
 
@@ -82,7 +81,7 @@ TEST_F(LeftSafe, ARunAfterAKilledOneBringsBackWhatThatLeftAndSwitchesItsHeatersO
   const auto killed = shop_->Calibrate();
   shop_->WaitUntilSweeping(1, *killed);
   killed->Send(SIGKILL);
-  static_cast<void>(killed->Wait(kEnough_s));
+  static_cast<void>(killed->Wait());
   ASSERT_GT(shop_->Look().nozzle_target_c, 0);
   EXPECT_THAT(shop_->Run({"doctor", "--printer", shop_->address()}).standard_output,
               Containing("died here: the next run brings back", "target of extruder"));
@@ -90,7 +89,7 @@ TEST_F(LeftSafe, ARunAfterAKilledOneBringsBackWhatThatLeftAndSwitchesItsHeatersO
   const auto next = CalibrateInto("again");
   WaitUntilHeating(*next);
   next->Send(SIGINT);
-  EXPECT_THAT(next->Wait(kEnough_s),
+  EXPECT_THAT(next->Wait(),
               Fails(kInterrupted, "died here: brought back", "target of extruder", "-> off"));
   PrinterLook wanted = before_;
   wanted.bed_target_c = 0;
@@ -110,13 +109,12 @@ TEST_F(LeftSafe, ARunAfterOneThatWasKilledInItsPrintEndsThatPrint) {
     lines.insert(lines.begin() + static_cast<std::ptrdiff_t>(klipper.print.next), 600, "G4 P1000");
   });
   killed->Send(SIGKILL);
-  static_cast<void>(killed->Wait(kEnough_s));
+  static_cast<void>(killed->Wait());
   ASSERT_TRUE(shop_->Look().printing);
   const auto next = CalibrateInto("again");
   WaitUntilHeating(*next);
   next->Send(SIGINT);
-  EXPECT_THAT(next->Wait(kEnough_s),
-              Fails(kInterrupted, "its print is still under way", "brought back"));
+  EXPECT_THAT(next->Wait(), Fails(kInterrupted, "its print is still under way", "brought back"));
   PrinterLook wanted = before_;
   wanted.bed_target_c = 0;
   EXPECT_THAT(shop_->Faulty(wanted), IsEmpty());
@@ -128,7 +126,7 @@ TEST_F(LeftSafe, ARunAfterAKilledOneLeavesWhatTheOwnerSetSince) {
   const auto killed = shop_->Calibrate();
   WaitUntilHeating(*killed);
   killed->Send(SIGKILL);
-  static_cast<void>(killed->Wait(kEnough_s));
+  static_cast<void>(killed->Wait());
   shop_->Script(std::string(procedure::kRelease) +
                 "\nSET_GCODE_OFFSET Z=0.2\nSET_VELOCITY_LIMIT ACCEL=4321\nM140 S33\nM104 S0\n"
                 "SET_PRESSURE_ADVANCE ADVANCE=0.044\nM220 S80");
@@ -137,7 +135,7 @@ TEST_F(LeftSafe, ARunAfterAKilledOneLeavesWhatTheOwnerSetSince) {
   const auto next = CalibrateInto("again");
   WaitUntilHeating(*next);
   next->Send(SIGINT);
-  const ProcessEnd end = next->Wait(kEnough_s);
+  const ProcessEnd end = next->Wait();
   EXPECT_THAT(end, Fails(kInterrupted, "left as they are", "offset z 0.2 mm",
                          "acceleration limit 4321", "target of heater_bed 33"));
   EXPECT_THAT(shop_->Faulty(wanted), IsEmpty()) << end.standard_error;
@@ -148,7 +146,7 @@ TEST_F(LeftSafe, AHeaterThatTheIdleTimeOutSwitchesOffEndsTheRunWithThatCause) {
   options.klipper.nozzle.rate_c_s = 10;
   options.klipper.idle_timeout_s = 3;
   Open(options);
-  EXPECT_THAT(shop_->Calibrate()->Wait(kEnough_s),
+  EXPECT_THAT(shop_->Calibrate()->Wait(),
               Fails(kMachine, "extruder was switched off in the middle", "[idle_timeout] timeout"));
 }
 
@@ -157,9 +155,9 @@ TEST_F(LeftSafe, AHeaterThatSomebodySwitchesOffEndsTheRunWithThatCause) {
   const auto process = shop_->Calibrate();
   WaitUntilHeating(*process);
   shop_->With([](VirtualKlipper& klipper) { klipper.RunScript("TURN_OFF_HEATERS"); });
-  EXPECT_THAT(process->Wait(kEnough_s), Fails(kMachine, "Cooldown",
-                                              "stay off; before, these were on: heater_bed "
-                                              "32 degC"));
+  EXPECT_THAT(process->Wait(), Fails(kMachine, "Cooldown",
+                                     "stay off; before, these were on: heater_bed "
+                                     "32 degC"));
   EXPECT_THAT(shop_->Faulty(before_), ElementsAre("bed target is 0 and was 32"));
 }
 
@@ -170,7 +168,7 @@ TEST_F(LeftSafe, APrintThatIsInterruptedWithoutPauseResumeIsEndedByClosingItsFil
   const auto process = shop_->Calibrate({"--set", "park_lift=15"});
   shop_->WaitUntilPrinting(*process);
   process->Send(SIGINT);
-  const ProcessEnd end = process->Wait(kEnough_s);
+  const ProcessEnd end = process->Wait();
   EXPECT_EQ(end.exit_code, kInterrupted) << end.standard_error;
   EXPECT_THAT(shop_->Faulty(before_), IsEmpty()) << end.standard_error;
   shop_->With([](VirtualKlipper& klipper) { EXPECT_EQ(klipper.print.state, "standby"); });
@@ -224,7 +222,7 @@ TEST_F(LeftSafe, AnothersJobThatBeginsWhileItHeatsIsLeftAlone) {
   const auto process = shop_->Calibrate();
   WaitUntilHeating(*process);
   PrintVase();
-  EXPECT_THAT(process->Wait(kEnough_s), Fails(kMachine, "no longer free", kVase));
+  EXPECT_THAT(process->Wait(), Fails(kMachine, "no longer free", kVase));
   shop_->With([](VirtualKlipper& klipper) {
     EXPECT_EQ(klipper.print.state, "printing");
     EXPECT_EQ(klipper.print.filename, kVase);
@@ -243,7 +241,7 @@ TEST_F(LeftSafe, AnothersJobThatBeginsInASweepIsNotMovedAndItsLaserIsOff) {
   PrintVase();
   double begun_s = 0;
   shop_->With([&](VirtualKlipper& klipper) { begun_s = klipper.now_s(); });
-  const ProcessEnd end = process->Wait(kEnough_s);
+  const ProcessEnd end = process->Wait();
   EXPECT_THAT(end, Fails(kMachine, "no longer free", kVase));
   EXPECT_FALSE(shop_->Look().laser) << end.standard_error;
   shop_->With([&](VirtualKlipper& klipper) {
@@ -264,19 +262,17 @@ TEST_F(LeftSafe, ASecondTrammelIsRefusedOnThisComputerAndFromAnother) {
   Open(options);
   const auto first = shop_->Calibrate();
   WaitUntilHeating(*first);
-  EXPECT_THAT(CalibrateInto("second")->Wait(kEnough_s),
-              Fails(kMachine, "another trammel on this computer"));
+  EXPECT_THAT(CalibrateInto("second")->Wait(), Fails(kMachine, "another trammel on this computer"));
   const TemporaryFolder elsewhere;
   WriteWhole(elsewhere.path() / "trammel.toml", ReadWhole(shop_->folder() / "trammel.toml"));
   EXPECT_THAT(
-      TrammelProcess({"pa", "calibrate", "--printer", shop_->address()}, elsewhere.path())
-          .Wait(kEnough_s),
+      TrammelProcess({"pa", "calibrate", "--printer", shop_->address()}, elsewhere.path()).Wait(),
       Fails(kMachine, testing::AnyOf(HasSubstr("another trammel has this printer"),
                                      HasSubstr("is printing; wait for its end or cancel it"),
                                      HasSubstr("is printing, by somebody else"))));
   EXPECT_TRUE(first->Running()) << first->StandardErrorSoFar();
   first->Send(SIGINT);
-  EXPECT_EQ(first->Wait(kEnough_s).exit_code, kInterrupted);
+  EXPECT_EQ(first->Wait().exit_code, kInterrupted);
   EXPECT_THAT(shop_->Faulty(before_), IsEmpty());
 }
 
@@ -285,7 +281,7 @@ TEST_F(LeftSafe, MotorsSwitchedOffInASweepDoNotLeaveTheHeatersOn) {
   const auto process = shop_->Calibrate();
   shop_->WaitUntilSweeping(1, *process);
   shop_->With([](VirtualKlipper& klipper) { klipper.RunScript("M84"); });
-  EXPECT_THAT(process->Wait(kEnough_s), Fails(kMachine, "motors"));
+  EXPECT_THAT(process->Wait(), Fails(kMachine, "motors"));
   EXPECT_THAT(shop_->Faulty(before_), IsEmpty());
 }
 
@@ -299,8 +295,8 @@ TEST_F(LeftSafe, ARestartWhileTheHeadStandsInASweepIsNamed) {
       },
       "the head stood", *process);
   shop_->With([](VirtualKlipper& klipper) { klipper.Restart(); });
-  EXPECT_THAT(process->Wait(kEnough_s), Fails(kMachine, "the printer was restarted in the middle",
-                                              Not(HasSubstr("motion_report"))));
+  EXPECT_THAT(process->Wait(), Fails(kMachine, "the printer was restarted in the middle",
+                                     Not(HasSubstr("motion_report"))));
   EXPECT_THAT(shop_->Faulty(before_), IsEmpty());
 }
 
@@ -309,7 +305,7 @@ TEST_F(LeftSafe, AnInterruptedPrintIsLeftWithTheNozzleLiftedAndParked) {
   const auto process = shop_->Calibrate({"--set", "park_lift=15"});
   shop_->WaitUntilPrinting(*process);
   process->Send(SIGINT);
-  EXPECT_THAT(process->Wait(kEnough_s), Ends(kInterrupted));
+  EXPECT_THAT(process->Wait(), Ends(kInterrupted));
   EXPECT_THAT(shop_->Faulty(before_), IsEmpty());
   shop_->With([](VirtualKlipper& klipper) {
     EXPECT_EQ(klipper.print.state, "cancelled");

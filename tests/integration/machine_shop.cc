@@ -227,14 +227,13 @@ std::unique_ptr<TrammelProcess> MachineShop::Calibrate(std::vector<std::string> 
   return std::make_unique<TrammelProcess>(words, folder(), limits);
 }
 
-ProcessEnd MachineShop::Run(const std::vector<std::string>& arguments, double time_limit_s) const {
-  return TrammelProcess(arguments, folder()).Wait(time_limit_s);
+ProcessEnd MachineShop::Run(const std::vector<std::string>& arguments) const {
+  return TrammelProcess(arguments, folder()).Wait();
 }
 
 void MachineShop::WaitUntil(const std::function<bool(sim::VirtualKlipper&)>& so,
-                            const std::string& what, TrammelProcess& process,
-                            double time_limit_s) const {
-  const double until_s = sim::MonotonicNow() + kSanitizerSlowdown * time_limit_s;
+                            const std::string& what, TrammelProcess& process) const {
+  const double until_s = sim::MonotonicNow() + kSanitizerSlowdown * kEnough_s;
   for (bool done = false; !done; std::this_thread::sleep_for(kLook)) {
     const bool running = process.Running();
     With([&](sim::VirtualKlipper& klipper) { done = so(klipper); });
@@ -247,13 +246,12 @@ void MachineShop::WaitUntil(const std::function<bool(sim::VirtualKlipper&)>& so,
   }
 }
 
-void MachineShop::WaitUntilSaid(const std::string& words, TrammelProcess& process,
-                                double time_limit_s) const {
+void MachineShop::WaitUntilSaid(const std::string& words, TrammelProcess& process) const {
   WaitUntil(
       [&](sim::VirtualKlipper&) {
         return process.StandardErrorSoFar().find(words) != std::string::npos;
       },
-      "it said: " + words, process, time_limit_s);
+      "it said: " + words, process);
 }
 
 std::unique_ptr<TrammelProcess> MachineShop::Serve() const {

@@ -90,16 +90,14 @@ class MachineShop {
   [[nodiscard]] std::unique_ptr<TrammelProcess> Calibrate(std::vector<std::string> more = {},
                                                           const ProcessLimits& limits = {}) const;
   /// Any command of trammel in the shop's folder.
-  [[nodiscard]] ProcessEnd Run(const std::vector<std::string>& arguments,
-                               double time_limit_s = 60) const;
+  [[nodiscard]] ProcessEnd Run(const std::vector<std::string>& arguments) const;
 
-  /// Waits until the machine is so; throws std::runtime_error with `what` after the limit, or where
+  /// Waits until the machine is so; throws std::runtime_error with `what` after kEnough_s, or where
   /// the process ended first.
   void WaitUntil(const std::function<bool(sim::VirtualKlipper&)>& so, const std::string& what,
-                 TrammelProcess& process, double time_limit_s = 60) const;
+                 TrammelProcess& process) const;
   /// Waits until the process said these words on standard error.
-  void WaitUntilSaid(const std::string& words, TrammelProcess& process,
-                     double time_limit_s = 60) const;
+  void WaitUntilSaid(const std::string& words, TrammelProcess& process) const;
   /// Starts trammel serve, and waits until it serves.
   [[nodiscard]] std::unique_ptr<TrammelProcess> Serve() const;
   /// Until filament is being laid, at least `lines` slow-fast-slow lines' beads after the first.

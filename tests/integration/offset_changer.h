@@ -29,15 +29,12 @@ inline ShopOptions Changer() {
 
 class OffsetChanger : public testing::Test {
  protected:
-  static constexpr double kEnough_s = 240;
-
   /// Renders a scan of a sheet into a file of the shop.
   void Scan(const std::string& to, const std::string& pattern = "rec/pattern.gcode",
             int seed = 41) const {
     ASSERT_THAT(shop_->Run({"sim", "sheet", pattern, "--out", to, "--seed", std::to_string(seed),
                             "--offset", fmt::format("1:{},{}", kTruth_x_mm, kTruth_y_mm),
-                            "--stored", fmt::format("1:{},{}", kKept_x_mm, kKept_y_mm)},
-                           kEnough_s),
+                            "--stored", fmt::format("1:{},{}", kKept_x_mm, kKept_y_mm)}),
                 Ends(0));
   }
   /// The offset of T1 that the printer keeps.

@@ -58,7 +58,7 @@ class OffsetServe : public OffsetChanger {
     shop_->With([&](VirtualKlipper& klipper) { before = TimesTold(klipper, answer); });
     shop_->Script(macro);
     shop_->WaitUntil([&](VirtualKlipper& klipper) { return TimesTold(klipper, answer) > before; },
-                     "the printer was told: " + answer, *service_, kEnough_s);
+                     "the printer was told: " + answer, *service_);
   }
   /// Asks for a sheet, presses the dialog's button, and waits until the printer was told this.
   void Print(const std::string& parameters, const std::string& answer) {
@@ -67,7 +67,7 @@ class OffsetServe : public OffsetChanger {
     shop_->With([&](VirtualKlipper& klipper) { before = TimesTold(klipper, answer); });
     shop_->Confirm();
     shop_->WaitUntil([&](VirtualKlipper& klipper) { return TimesTold(klipper, answer) > before; },
-                     "the printer was told: " + answer, *service_, kEnough_s);
+                     "the printer was told: " + answer, *service_);
   }
   /// The folder of the last sheet.
   [[nodiscard]] std::string SheetFolder() const {
@@ -138,7 +138,7 @@ TEST_F(OffsetServe, LeadsFromTheDialogToOffsetsThatAreSetOnce) {
   Ask("TRAMMEL_APPLY", "not applied: tool 1 had an offset of 0.250, -0.500 mm when the sheet was");
   EXPECT_EQ(Kept(), set);
   service_->Send(SIGTERM);
-  EXPECT_EQ(service_->Wait(kEnough_s).exit_code, 0);
+  EXPECT_EQ(service_->Wait().exit_code, 0);
 }
 
 TEST_F(OffsetServe, WhatIsNoScanOfThisPrintIsRefusedByItsCause) {
@@ -193,17 +193,17 @@ TEST_F(OffsetServe, BeginsNothingOnAWarmBedOrWithOneToolOrASecondTime) {
   const auto shell = std::make_unique<TrammelProcess>(
       std::vector<std::string>{"offset", "start", "--printer", shop_->address(), "--out", "rec"},
       shop_->folder(), ProcessLimits{.terminal = true});
-  shop_->WaitUntilSaid("[y/N]", *shell, kEnough_s);
+  shop_->WaitUntilSaid("[y/N]", *shell);
   shop_->Confirm();
   shop_->WaitUntil(
       [](VirtualKlipper& klipper) {
         return TimesTold(klipper, "no calibration: the printer is taken") > 0;
       },
-      "it refused", *service_, kEnough_s);
+      "it refused", *service_);
   shell->Type("n");
-  (void)shell->Wait(kEnough_s);
+  (void)shell->Wait();
   service_->Send(SIGTERM);
-  (void)service_->Wait(kEnough_s);
+  (void)service_->Wait();
 
   options.klipper.tools.clear();
   Open(options);
@@ -222,7 +222,7 @@ TEST_F(OffsetServe, KilledWhileItPrintsAllIsColdAndWhatWasPrintedIsNotMeasured) 
                           shop_->address()}),
               Ends(kMachine));
   service_->Send(SIGKILL);
-  EXPECT_EQ(service_->Wait(kEnough_s).signal, SIGKILL);
+  EXPECT_EQ(service_->Wait().signal, SIGKILL);
   EXPECT_THAT(shop_->Faulty(before_, kEnough_s), IsEmpty());
   ExpectAllOff();
   Launch();
@@ -263,14 +263,14 @@ TEST_F(OffsetMeasure, WhereTheRunWasKilledAndThePrintWentOnItsScanIsMeasured) {
                        shop_->folder());
     shop_->WaitUntilPrinting(run);
     run.Send(SIGKILL);
-    (void)run.Wait(kEnough_s);
+    (void)run.Wait();
   }
   TrammelProcess waits({"sim", "printer", "--port", "0", "--for", "200"}, shop_->folder());
   shop_->WaitUntil([](VirtualKlipper& klipper) { return klipper.print.state == "complete"; },
-                   "the print ended", waits, kEnough_s);
+                   "the print ended", waits);
   Store("sheet.png", ScanOf(SheetFolder() + "/pattern.gcode", 81));
   const ProcessEnd measured =
-      shop_->Run(Words({"offset", "measure", "--out", "recordings/measured"}), kEnough_s);
+      shop_->Run(Words({"offset", "measure", "--out", "recordings/measured"}));
   ASSERT_EQ(measured.exit_code, 0) << measured.standard_error;
   EXPECT_THAT(
       measured.standard_output,
@@ -294,21 +294,19 @@ TEST_F(OffsetMeasure, WhereTheRunWasKilledAndThePrintWentOnItsScanIsMeasured) {
 TEST_F(OffsetMeasure, WhatCannotBeReadLeavesNoFolderBehind) {
   shop_ = std::make_unique<MachineShop>(Changer());
   ASSERT_THAT(shop_->Run(Words({"offset", "start", "--print-only", "--yes", "move,paper", "--out",
-                                "recordings/offset_sheet-1"}),
-                         kEnough_s),
+                                "recordings/offset_sheet-1"})),
               Prints(0, "offset start --continue recordings/offset_sheet-1",
                      Not(HasSubstr("nothing applied"))));
   Page blank;  // no sheet on it
   blank.width = blank.height = 1000;
   blank.samples.assign(1'000'000, 0xF0);
   Store("empty.png", image::PngOf(blank));
-  EXPECT_THAT(shop_->Run(Words({"offset", "measure", "--out", "recordings/none"}), kEnough_s),
+  EXPECT_THAT(shop_->Run(Words({"offset", "measure", "--out", "recordings/none"})),
               Ends(kNotTrusted));
   EXPECT_FALSE(fs::exists(shop_->folder() / "recordings/none"));
   Store("big.pdf", std::string(16, 'x'));
   EXPECT_THAT(
-      shop_->Run(Words({"offset", "measure", "--file", "big.pdf", "--out", "recordings/none"}),
-                 kEnough_s),
+      shop_->Run(Words({"offset", "measure", "--file", "big.pdf", "--out", "recordings/none"})),
       Ends(1));
   EXPECT_FALSE(fs::exists(shop_->folder() / "recordings/none"));
 }

@@ -60,7 +60,7 @@ class OffsetStart : public OffsetChanger {
         [&](VirtualKlipper&) {
           return process.StandardErrorSoFar().find(words, said_) != std::string::npos;
         },
-        "it said: " + words, process, kEnough_s);
+        "it said: " + words, process);
     said_ = process.StandardErrorSoFar().find(words, said_) + words.size();
   }
   void Answer(const std::string& question, const std::string& answer, TrammelProcess& process) {
@@ -87,10 +87,9 @@ TEST_F(OffsetStart, LeadsFromTheToolsToOffsetsThatAreKeptAndTakenBack) {
   Scan("rec/scan/sheet.png");
   Answer(kSetThem, "y", *process);
   Answer(kKeepThem, "yes", *process);
-  ASSERT_THAT(
-      process->Wait(kEnough_s),
-      Prints(0, "tool 1     extruder1, keeps 0.250, -0.500 mm", "heated to", "paper      A5",
-             "T0 -> T1", "X offset  0.250  ->", "offset apply --undo --save"));
+  ASSERT_THAT(process->Wait(), Prints(0, "tool 1     extruder1, keeps 0.250, -0.500 mm",
+                                      "heated to", "paper      A5", "T0 -> T1",
+                                      "X offset  0.250  ->", "offset apply --undo --save"));
   ExpectOffsetsNew();
   for (const char* file : {"pattern.gcode", "pattern.png", "pattern.svg", "start.json",
                            "result.json", "report.html", "scan/sheet.png"}) {
@@ -101,11 +100,10 @@ TEST_F(OffsetStart, LeadsFromTheToolsToOffsetsThatAreKeptAndTakenBack) {
   const std::string page = ReadWhole(shop_->folder() / "rec" / "report.html");
   EXPECT_THAT(page, HasSubstr("Where each tool lands"));
   // It outlived the restart of SAVE_CONFIG, and goes back: until the next one, and beyond.
-  ASSERT_THAT(shop_->Run({"offset", "apply", "--undo", "--printer", shop_->address()}, kEnough_s),
+  ASSERT_THAT(shop_->Run({"offset", "apply", "--undo", "--printer", shop_->address()}),
               Prints(0, "unless offset apply --undo --save keeps this"));
-  ASSERT_THAT(
-      shop_->Run({"offset", "apply", "--undo", "--save", "--printer", shop_->address()}, kEnough_s),
-      Ends(0));
+  ASSERT_THAT(shop_->Run({"offset", "apply", "--undo", "--save", "--printer", shop_->address()}),
+              Ends(0));
   ExpectOffsetsUnchanged();
   shop_->With([](VirtualKlipper& klipper) { EXPECT_TRUE(klipper.files().empty()); });
 }
@@ -141,7 +139,7 @@ TEST_F(OffsetStart, AsksForPaperOnlyOverAColdBedWithTheHeadHighBehindItAndStands
                    "three seconds went by", *process);
   EXPECT_EQ(Moves(), moves);
   process->Type("n");
-  EXPECT_THAT(process->Wait(kEnough_s),
+  EXPECT_THAT(process->Wait(),
               Fails(kInterrupted, "nothing was heated or printed, as you answered"));
   EXPECT_EQ(Moves(), moves);
   ExpectAllOff();
@@ -157,7 +155,7 @@ TEST_F(OffsetStart, WhatWasTypedBeforeAQuestionAnswersNothing) {
   Await("y or n?", *process);
   EXPECT_EQ(Moves(), 0U);
   process->Type("");
-  EXPECT_EQ(process->Wait(kEnough_s).exit_code, kInterrupted);
+  EXPECT_EQ(process->Wait().exit_code, kInterrupted);
   EXPECT_EQ(Moves(), 0U);
   EXPECT_THAT(shop_->Faulty(before_), IsEmpty());
 }
@@ -167,7 +165,7 @@ TEST_F(OffsetStart, WithoutATerminalItSaysWhatToGiveAndMovesNothing) {
   for (const auto& [given, wanted] : {std::pair{"", "--yes move"}, {"move", "--yes paper"}}) {
     std::vector<std::string> more;
     if (*given != '\0') more = {"--yes", given};
-    EXPECT_THAT(StartNew(more, {})->Wait(kEnough_s), Fails(kInput, wanted));
+    EXPECT_THAT(StartNew(more, {})->Wait(), Fails(kInput, wanted));
   }
   EXPECT_EQ(Moves(), 0U);
   EXPECT_FALSE(fs::exists(shop_->folder() / "rec"));
@@ -179,12 +177,11 @@ TEST_F(OffsetStart, WithoutATerminalItDoesWhatIsNamedAndNoMore) {
   const auto process = StartNew({"--yes", "move,paper", "--watch", "in"}, {});
   Await(kScanIt, *process);
   Scan("in/sheet.png");
-  ASSERT_THAT(process->Wait(kEnough_s),
-              Prints(0, "nothing applied   trammel offset apply rec --apply"));
+  ASSERT_THAT(process->Wait(), Prints(0, "nothing applied   trammel offset apply rec --apply"));
   EXPECT_TRUE(fs::exists(shop_->folder() / "rec" / "scan.png"));
   ExpectOffsetsUnchanged();
   // The answer stays, and may be applied by its folder.
-  ASSERT_THAT(Start({"--continue", "rec", "--yes", "apply"}, {})->Wait(kEnough_s), Ends(0));
+  ASSERT_THAT(Start({"--continue", "rec", "--yes", "apply"}, {})->Wait(), Ends(0));
   ExpectOffsetsNew();
 }
 
@@ -242,14 +239,14 @@ TEST_P(OffsetStartWhileItAsksForPaper, EndsColdWithOffsetsAsTheyWere) {
   Await("[y/N]", *process);
   const std::size_t moves = Moves();
   GetParam().strike(*shop_, *process);
-  EXPECT_THAT(process->Wait(kEnough_s), Fails(GetParam().exit_code, GetParam().said));
+  EXPECT_THAT(process->Wait(), Fails(GetParam().exit_code, GetParam().said));
   EXPECT_THAT(shop_->Faulty(before_), IsEmpty());
   if (shop_->Look().state == "ready") ExpectAllOff();
   if (!GetParam().restarts) EXPECT_EQ(Moves(), moves);
   ExpectOffsetsUnchanged();
   EXPECT_FALSE(fs::exists(shop_->folder() / "rec" / "start.json"));
   // Nothing keeps the next one from beginning.
-  EXPECT_THAT(StartNew({"--yes", "move"}, {})->Wait(kEnough_s).standard_error,
+  EXPECT_THAT(StartNew({"--yes", "move"}, {})->Wait().standard_error,
               Not(HasSubstr("another trammel")));
 }
 
@@ -262,7 +259,7 @@ TEST_F(OffsetStart, AnothersPrintThatBeginsMeanwhileIsLeftAlone) {
   Answer(kMove, "y", *process);
   Await(kTape, *process);
   Other(*shop_);
-  EXPECT_THAT(process->Wait(kEnough_s), Fails(kMachine, "somebody else's job has the printer"));
+  EXPECT_THAT(process->Wait(), Fails(kMachine, "somebody else's job has the printer"));
   shop_->With([](VirtualKlipper& klipper) {
     EXPECT_EQ(klipper.print.state, "printing");
     EXPECT_EQ(klipper.nozzle.target_c, 151);
@@ -282,9 +279,9 @@ TEST_F(OffsetStart, AStopWhileTheSecondToolDrawsLeavesItsOffsetInForceAndAllCold
         return klipper.active_tool == 1 && klipper.print.running &&
                klipper.TrueHead(klipper.now_s()).filament_speed_mm_s > 0;
       },
-      "T1 drew", *process, kEnough_s);
+      "T1 drew", *process);
   process->Send(SIGINT);
-  const ProcessEnd end = process->Wait(kEnough_s);
+  const ProcessEnd end = process->Wait();
   EXPECT_EQ(end.exit_code, kInterrupted) << end.standard_error;
   PrinterLook wanted = before_;
   wanted.gcode["offset x"] = kKept_x_mm;  // T1's own: T0's would be wrong for it
@@ -299,7 +296,7 @@ TEST_F(OffsetStart, AStopWhileTheSecondToolDrawsLeavesItsOffsetInForceAndAllCold
   });
   // An interrupted print cannot be continued.
   EXPECT_THAT(
-      Start({"--continue", "rec"}, {})->Wait(kEnough_s),
+      Start({"--continue", "rec"}, {})->Wait(),
       Fails(kMachine, "begin again", "trammel offset analyze SCAN --pattern rec/pattern.gcode"));
 }
 
@@ -314,7 +311,7 @@ TEST_F(OffsetStart, AStopWhileItHeatsEndsColdAtOnce) {
   Answer(kTape, "y", *process);
   Await("heating heater_bed", *process);
   process->Send(SIGTERM);
-  EXPECT_EQ(process->Wait(kEnough_s).exit_code, kInterrupted);
+  EXPECT_EQ(process->Wait().exit_code, kInterrupted);
   EXPECT_THAT(shop_->Faulty(before_), IsEmpty());
   ExpectAllOff();
   // Nothing was printed of it: it is not the sheet whose scan is waited for.
@@ -327,7 +324,7 @@ TEST_F(OffsetStart, KilledBetweenPrintAndScanTheNextOneGoesOn) {
     const auto process = StartNew();
     Print(*process);
     process->Send(SIGKILL);
-    (void)process->Wait(kEnough_s);
+    (void)process->Wait();
   }
   said_ = 0;
   Scan("elsewhere.png");
@@ -336,12 +333,12 @@ TEST_F(OffsetStart, KilledBetweenPrintAndScanTheNextOneGoesOn) {
   fs::copy_file(shop_->folder() / "elsewhere.png", shop_->folder() / "rec" / "scan" / "sheet.png");
   Answer(kSetThem, "y", *process);
   Answer(kKeepThem, "n", *process);
-  const ProcessEnd end = process->Wait(kEnough_s);
+  const ProcessEnd end = process->Wait();
   ASSERT_EQ(end.exit_code, 0) << end.standard_error;
   ExpectOffsetsNew();
   EXPECT_THAT(end.standard_output, HasSubstr("to undo it        trammel offset apply --undo"));
   // Applied once more it is refused: it was taken out already.
-  EXPECT_THAT(Start({"--continue", "rec", "--yes", "apply"}, {})->Wait(kEnough_s), Ends(kUnsafe));
+  EXPECT_THAT(Start({"--continue", "rec", "--yes", "apply"}, {})->Wait(), Ends(kUnsafe));
   ExpectOffsetsNew();
 }
 
@@ -356,13 +353,13 @@ TEST_F(OffsetStart, KilledWhileItPrintsTheNextOneEndsThatPrint) {
     Answer(kTape, "y", *process);
     shop_->WaitUntilPrinting(*process);
     process->Send(SIGKILL);
-    (void)process->Wait(kEnough_s);
+    (void)process->Wait();
   }
   const auto next = Start({"--out", "next"});
   said_ = 0;
   Await("its print is still under way", *next);
   Answer(kMove, "n", *next);
-  EXPECT_EQ(next->Wait(kEnough_s).exit_code, kInterrupted);
+  EXPECT_EQ(next->Wait().exit_code, kInterrupted);
   ExpectAllOff();
   ExpectOffsetsUnchanged();
 }
@@ -384,14 +381,13 @@ TEST_F(OffsetStart, BadFilesAreNamedAndItGoesOnWaiting) {
   std::ofstream(in / "slow.png", std::ios::binary | std::ios::app)
       << bytes.substr(bytes.size() / 2);
   Answer(kSetThem, "", *process);
-  EXPECT_THAT(process->Wait(kEnough_s), Prints(0, "nothing applied"));
+  EXPECT_THAT(process->Wait(), Prints(0, "nothing applied"));
   ExpectOffsetsUnchanged();
 }
 
 TEST_F(OffsetStart, AFullDiskIsSaidBeforeAnythingMovesAndALaterOneLosesNothing) {
   Open();
-  EXPECT_THAT(StartNew({"--yes", "move,paper"}, {.file_bytes = 50'000})->Wait(kEnough_s),
-              Ends(kInput));
+  EXPECT_THAT(StartNew({"--yes", "move,paper"}, {.file_bytes = 50'000})->Wait(), Ends(kInput));
   EXPECT_EQ(Moves(), 0U);
   EXPECT_FALSE(fs::exists(shop_->folder() / "rec"));
   const auto process = StartNew({"--yes", "move,paper", "--watch", "."}, {});
@@ -401,23 +397,23 @@ TEST_F(OffsetStart, AFullDiskIsSaidBeforeAnythingMovesAndALaterOneLosesNothing) 
   Await("cannot be kept as rec/scan.png", *process);
   EXPECT_FALSE(fs::exists(shop_->folder() / "rec" / "scan.png"));
   process->Send(SIGINT);
-  EXPECT_THAT(process->Wait(kEnough_s), Fails(kInterrupted, "trammel offset start --continue rec"));
-  EXPECT_THAT(Start({"--continue", "rec", "--scan", "sheet.png"}, {})->Wait(kEnough_s), Ends(0));
+  EXPECT_THAT(process->Wait(), Fails(kInterrupted, "trammel offset start --continue rec"));
+  EXPECT_THAT(Start({"--continue", "rec", "--scan", "sheet.png"}, {})->Wait(), Ends(0));
 }
 
 TEST_F(OffsetStart, NothingHeatsWithoutAMaterialAndAPlaceBeyondReachIsRefused) {
   ShopOptions options = Changer();
   Open(options);
   WriteWhole(shop_->folder() / "bare.toml", "[tool_offset_pattern]\nteeth = 9\n");
-  EXPECT_THAT(StartNew({"--yes", "move,paper", "--config", "bare.toml"}, {})->Wait(kEnough_s),
+  EXPECT_THAT(StartNew({"--yes", "move,paper", "--config", "bare.toml"}, {})->Wait(),
               Fails(kInput, "material"));
   EXPECT_THAT(
       StartNew({"--yes", "move,paper", "--set", "bed_size_x=400", "--set", "position_x=330"}, {})
-          ->Wait(kEnough_s),
+          ->Wait(),
       Fails(kUnsafe, "the nozzle reaches X -2.0 ... 255.0"));
-  EXPECT_THAT(StartNew({"--yes", "move,paper", "--set", "nozzle_temperatures=[190, 350]"}, {})
-                  ->Wait(kEnough_s),
-              Ends(kUnsafe));
+  EXPECT_THAT(
+      StartNew({"--yes", "move,paper", "--set", "nozzle_temperatures=[190, 350]"}, {})->Wait(),
+      Ends(kUnsafe));
   EXPECT_EQ(Moves(), 0U);
   // A terminal shows a prompt.
   const auto process = StartNew({"--config", "bare.toml"});
@@ -426,7 +422,7 @@ TEST_F(OffsetStart, NothingHeatsWithoutAMaterialAndAPlaceBeyondReachIsRefused) {
   Await("which material is loaded", *process);
   process->Type("petg");
   Answer(kMove, "n", *process);
-  EXPECT_THAT(process->Wait(kEnough_s).standard_output, HasSubstr("petg: nozzle"));
+  EXPECT_THAT(process->Wait().standard_output, HasSubstr("petg: nozzle"));
 }
 
 /// The commands of the manual's guided way, without remarks: without `trammel`, `sim` for
@@ -455,12 +451,12 @@ TEST_F(OffsetStart, TheManualsCommandsRunInTheirOrder) {
   const auto process = std::make_unique<TrammelProcess>(commands[1], shop_->folder(),
                                                         ProcessLimits{.terminal = true});
   Print(*process);
-  ASSERT_EQ(shop_->Run(commands[2], kEnough_s).exit_code, 0);
+  ASSERT_EQ(shop_->Run(commands[2]).exit_code, 0);
   Answer(kSetThem, "y", *process);
   Answer(kKeepThem, "n", *process);
-  ASSERT_EQ(process->Wait(kEnough_s).exit_code, 0);
+  ASSERT_EQ(process->Wait().exit_code, 0);
   ExpectOffsetsNew();
-  ASSERT_EQ(shop_->Run(commands[3], kEnough_s).exit_code, 0);
+  ASSERT_EQ(shop_->Run(commands[3]).exit_code, 0);
   ExpectOffsetsUnchanged();
 }
 

@@ -26,7 +26,6 @@ using ::testing::IsEmpty;
 using ::testing::Not;
 
 constexpr double kPhotoTruth_s = 0.043;
-constexpr double kEnough_s = 240;
 constexpr std::size_t kMaxBytes = std::size_t{64} << 20;
 
 ShopOptions WithoutLaser() {
@@ -47,7 +46,7 @@ class PhotoPath : public testing::Test {
 
   ProcessEnd Run(std::vector<std::string> words) {
     words.insert(words.end(), {"--printer", shop_.address()});
-    return shop_.Run(words, kEnough_s);
+    return shop_.Run(words);
   }
 
   void Upload(const std::string& name, const std::string& data) {
@@ -69,8 +68,7 @@ class PhotoPath : public testing::Test {
     const std::string file = (shop_.folder() / (run + ".jpg")).string();
     EXPECT_THAT(shop_.Run({"sim", "photo", run + "/pattern.gcode", "--pressure-advance",
                            std::to_string(kPhotoTruth_s), "--size", "1440x2560", "--seed", "41",
-                           "--out", file},
-                          kEnough_s),
+                           "--out", file}),
                 Ends(0));
     const auto bytes = files::ReadWholeFile(file, kMaxBytes);
     return bytes ? *bytes : std::string();
@@ -175,7 +173,7 @@ TEST_F(PhotoPath, AServiceLeadsFromThePatternToTheAnswer) {
   const auto ask = [&](const std::string& macro, const std::string& answer) {
     shop_.Script(macro);
     shop_.WaitUntil([&](sim::VirtualKlipper& klipper) { return TimesRead(klipper, answer) > 0; },
-                    "the printer was told: " + answer, *service, kEnough_s);
+                    "the printer was told: " + answer, *service);
   };
   ask("TRAMMEL_PA_PATTERN FILAMENT=\"Generic PLA\"", " MSG=\"Is the bed empty?");
   shop_.Confirm();
@@ -183,7 +181,7 @@ TEST_F(PhotoPath, AServiceLeadsFromThePatternToTheAnswer) {
       [](sim::VirtualKlipper& klipper) {
         return TimesRead(klipper, "TRAMMEL_ASK BUTTONS=photo FILAMENT=generic_pla ") > 0;
       },
-      "the pattern was printed", *service, kEnough_s);
+      "the pattern was printed", *service);
   EXPECT_EQ(shop_.Look().bed_target_c, 0);
   ask("TRAMMEL_PA_PHOTO", "no calibration: there is no photo in the folder trammel");
   std::string run;
@@ -197,7 +195,7 @@ TEST_F(PhotoPath, AServiceLeadsFromThePatternToTheAnswer) {
   ask("TRAMMEL_APPLY", "kept for generic_pla on extruder/0.40");
   EXPECT_NEAR(shop_.Look().settings.at("pressure advance"), kPhotoTruth_s, 0.005);
   service->Send(SIGTERM);
-  EXPECT_EQ(service->Wait(kEnough_s).exit_code, 0);
+  EXPECT_EQ(service->Wait().exit_code, 0);
 }
 
 }  // namespace

@@ -21,7 +21,6 @@
 namespace trammel::test {
 namespace {
 
-constexpr double kLimit_s = 600;
 constexpr double kWithin_s = 0.002;
 constexpr double kPlace_mm = 0.15;  // at 20 mm/s: 7 ms
 
@@ -55,8 +54,7 @@ StudyAnswer Calibrate(std::uint64_t seed, const Picture& picture, bool places) {
   WriteWhole(shop.folder() / "full.toml", kSettings);
   const PrinterLook before = shop.Look();
   const ProcessEnd end = shop.Run({"pa", "calibrate", "--config", "full.toml", "--printer",
-                                   shop.address(), "--out", "rec", "--json"},
-                                  kLimit_s);
+                                   shop.address(), "--out", "rec", "--json"});
   for (const std::string& fault : shop.Faulty(before)) ADD_FAILURE() << seed << ": " << fault;
   StudyAnswer result{Measured::Refused(end.standard_error),
                      {sim::TruthOf(seed), sim::TruthOf(seed)}};

@@ -200,7 +200,7 @@ TEST_F(OldKlipper, MayAccelerateAllTheWayWhileItPrintsAndIsAsItWasAfterwards) {
   shop_.WaitUntilPrinting(*run);
   shop_.With(
       [](sim::VirtualKlipper& klipper) { EXPECT_LT(klipper.settings.minimum_cruise_ratio, 1e-6); });
-  EXPECT_THAT(run->Wait(240), Ends(0));
+  EXPECT_THAT(run->Wait(), Ends(0));
   EXPECT_THAT(shop_.Faulty(before), IsEmpty());
 }
 

@@ -25,7 +25,6 @@ using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 using ::testing::IsSupersetOf;
 
-constexpr double kEnough_s = 120;  // a quick calibration takes some 25 s
 constexpr int kBusy = -32001;
 constexpr int kNothing = -32002;
 
@@ -165,7 +164,7 @@ TEST_F(Serve, AJobIsStartedFollowedAndItsAnswerAppliedByRequest) {
   // Four times the uncertainty that a quick calibration states.
   EXPECT_NEAR(shop_->Look().settings.at("pressure advance"), 0.03, 0.008);
   process_->Send(SIGTERM);
-  EXPECT_EQ(process_->Wait(kEnough_s).exit_code, 0);
+  EXPECT_EQ(process_->Wait().exit_code, 0);
 }
 
 TEST_F(Serve, AStopLeavesThePrinterAsItWas) {
@@ -184,7 +183,7 @@ TEST_F(Serve, AKilledServiceLeavesThePrinterSafeAndKnowsOfTheRunAfterwards) {
   const std::string run = StartJob();
   shop_->WaitUntilSweeping(1, *process_);
   process_->Send(SIGKILL);
-  EXPECT_EQ(process_->Wait(kEnough_s).signal, SIGKILL);
+  EXPECT_EQ(process_->Wait().signal, SIGKILL);
   EXPECT_THAT(shop_->Faulty(before_, kEnough_s), IsEmpty());
   // Moonraker has let go of the agent, although the run's process went on for a moment.
   EXPECT_EQ(Request("status")["error"]["message"], "Agent trammel not connected");

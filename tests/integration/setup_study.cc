@@ -23,8 +23,6 @@
 namespace trammel::test {
 namespace {
 
-constexpr double kEnough_s = 300;
-
 // Plates without glinting bumps, and filament that can be told from them: else the mark is not
 // seen, which is said.
 constexpr const char* kConditions[] = {"matte-black-dark", "matte-white-dark", "pei-black-dark"};
@@ -41,7 +39,7 @@ TEST(SetupStudy, ErrorsStayWithinTheirBoundsAndIntervals) {
     const sim::MountedRig rig = sim::DrawHeadRig(Random(seed).Fork(1));
     const auto condition = Must(sim::ParseCondition(kConditions[seed % std::size(kConditions)]));
     MachineShop shop(SetupHall(seed, rig, condition));
-    const ProcessEnd end = shop.Run(SetupArguments(shop, {"--json"}), kEnough_s);
+    const ProcessEnd end = shop.Run(SetupArguments(shop, {"--json"}));
     if (end.exit_code != 0) {
       std::printf("%lu: exit code %d: %s %s\n", static_cast<unsigned long>(seed), end.exit_code,
                   end.standard_error.c_str(), end.standard_output.c_str());
@@ -82,7 +80,7 @@ TEST(SetupStudy, AMirroredPictureIsNamed) {
   rig.rig.flip_x = true;
   MachineShop shop(SetupHall(7, rig));
   const PrinterLook before = shop.Look();
-  EXPECT_THAT(shop.Run(SetupArguments(shop), kEnough_s), Prints(2, "refused", "mirrored"));
+  EXPECT_THAT(shop.Run(SetupArguments(shop)), Prints(2, "refused", "mirrored"));
   EXPECT_FALSE(std::filesystem::exists(shop.folder() / "set" / "camera.toml"));
   EXPECT_THAT(shop.Faulty(before), testing::IsEmpty());
 }
@@ -92,7 +90,7 @@ TEST(SetupStudy, ALooseMountIsNamed) {
   rig.rig.mount_backlash_mm = 0.4;
   MachineShop shop(SetupHall(7, rig));
   const PrinterLook before = shop.Look();
-  EXPECT_THAT(shop.Run(SetupArguments(shop), kEnough_s),
+  EXPECT_THAT(shop.Run(SetupArguments(shop)),
               Prints(2, testing::AnyOf(testing::HasSubstr("mount"), testing::HasSubstr("loose"),
                                        testing::HasSubstr("hangs"))));
   EXPECT_THAT(shop.Faulty(before), testing::IsEmpty());

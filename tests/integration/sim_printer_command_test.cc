@@ -36,7 +36,7 @@ TEST_F(SimPrinterCommand, DoctorFindsTheCameraBehindThePrintersAddress) {
   EXPECT_THAT(RunTrammel("doctor --printer " + address, path()).output,
               HasSubstr("/?action=stream, 160x120 px"));
   printer.Send(SIGTERM);
-  EXPECT_EQ(printer.Wait(30).exit_code, 0) << printer.StandardErrorSoFar();
+  EXPECT_EQ(printer.Wait().exit_code, 0) << printer.StandardErrorSoFar();
   EXPECT_THAT(test::ReadWhole(path() / "frames.jsonl"), HasSubstr("\"frame\""));
 }
 

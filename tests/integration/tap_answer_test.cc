@@ -107,7 +107,7 @@ TEST_F(TapAnswer, TheContactIsHandedBackInTime) {
   Watch();
   ExpectTheContact();
   process_->Send(SIGINT);
-  EXPECT_THAT(process_->Wait(30), Notes("after the macro asked"));
+  EXPECT_THAT(process_->Wait(), Notes("after the macro asked"));
 }
 
 TEST_F(TapAnswer, SoIsThatOfAForkThatPullsBackByItself) {
@@ -139,7 +139,7 @@ TEST_F(TapAnswer, TapsInARowAreEachReportedOnceBesideThePrintersOwnHeight) {
   shop_->Script("PROBE_ACCURACY SAMPLES=3 PROBE_SPEED=2");  // lifts of 2 mm: no taps
   for (int i = 0; i < 3; ++i) ASSERT_NO_FATAL_FAILURE(ExpectTheContact());
   process_->Send(SIGINT);
-  EXPECT_THAT(process_->Wait(30),
+  EXPECT_THAT(process_->Wait(),
               Prints(0, "taps              3, 3 good", "mm) in the mean over 3 taps"));
 }
 
@@ -156,7 +156,7 @@ TEST_F(TapAnswer, WithoutTrammelTheMacroGivesUpByItself) {
   Start(WithLoadCell());
   Watch();
   process_->Send(SIGKILL);
-  (void)process_->Wait(30);
+  (void)process_->Wait();
   shop_->Script("_TRAMMEL_TAP");
   std::map<std::string, std::string> told;
   const double until_s = sim::MonotonicNow() + kMacroWaits_s + 30;

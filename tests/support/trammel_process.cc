@@ -204,8 +204,7 @@ std::string TrammelProcess::StandardErrorSoFar() const {
 }
 
 std::string TrammelProcess::WaitForLine(const std::string& label) {
-  constexpr double kPatience_s = 30;  // for a loaded host
-  const double until_s = Now() + kPatience_s;
+  const double until_s = Now() + kSanitizerSlowdown * kEnough_s;
   for (bool running = true; running && Now() < until_s; usleep(kLook_us)) {
     running = Running();
     const std::string text = "\n" + ReadWhole(aside_.path() / "stdout");

@@ -14,6 +14,11 @@
 
 namespace trammel::test {
 
+/// Patience with whatever comes for certain, in seconds: only a failure waits that long. Beyond the
+/// two minutes for which trammel waits for a lost printer, and four times what the longest wait
+/// took on two cores with sixteen tests at once; below the limit of a test.
+inline constexpr double kEnough_s = 240;
+
 struct ProcessLimits {
   std::uint64_t file_bytes = 0;  ///< largest file that it may write, as on a full disk; 0: any
   std::uint64_t open_files = 0;  ///< most files, sockets and pipes open at once; 0: any
@@ -59,12 +64,12 @@ class TrammelProcess {
   [[nodiscard]] bool Running();
   [[nodiscard]] std::string StandardErrorSoFar() const;
   /// Returns what follows `label` in the first whole line of its standard output that begins with
-  /// it; empty where it ends, or 30 s pass, without such a line.
+  /// it; empty where it ends, or kEnough_s pass, without such a line.
   [[nodiscard]] std::string WaitForLine(const std::string& label);
   /// Returns the peak at the last check.
   [[nodiscard]] double PeakMemorySoFar_mb() const { return end_.peak_memory_mb; }
   /// Waits for its end, kills it where that does not come in time.
-  [[nodiscard]] ProcessEnd Wait(double time_limit_s);
+  [[nodiscard]] ProcessEnd Wait(double time_limit_s = kEnough_s);
 
  private:
   void LookAtMemory();
