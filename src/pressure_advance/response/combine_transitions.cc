@@ -59,6 +59,26 @@ std::string BeyondItsLines(const TransitionSeries& series, double zero_s,
       seen_s.size(), series.pa_s.size(), seen.lo, seen.hi, zero_s < seen.lo ? "above" : "below");
 }
 
+// Returns the reason to reject a crossing that the lines beside it do not follow: the curve was put
+// through others, which may be alike because all of them are empty there.
+std::string NotByItsLines(const signal::ZeroCrossing& fit, const TransitionSeries& series) {
+  constexpr std::size_t kBeside = 5;
+  constexpr int kFewest = 3;
+  constexpr double kFollows = 0.05;  // weight, of 1
+  std::vector<std::size_t> lines;
+  for (std::size_t i = 0; i < series.pa_s.size(); ++i) {
+    if (std::isfinite(series.sigma_s[i])) lines.push_back(i);
+  }
+  std::ranges::sort(lines, {}, [&](std::size_t i) { return std::abs(series.pa_s[i] - fit.zero); });
+  lines.resize(std::min(lines.size(), kBeside));
+  const auto follow =
+      std::ranges::count_if(lines, [&](std::size_t i) { return fit.weight[i] > kFollows; });
+  if (follow >= kFewest) return {};
+  return fmt::format(
+      "only {} of the {} lines nearest to {:.4g} s follow the others: print a narrower range",
+      follow, lines.size(), fit.zero);
+}
+
 // Returns the reason to reject a fitted crossing; else empty.
 std::string Doubt(const signal::ZeroCrossing& fit, const TransitionSeries& series,
                   bool slope_has_scale, const ResponseOptions& options) {
@@ -84,6 +104,9 @@ std::string Doubt(const signal::ZeroCrossing& fit, const TransitionSeries& serie
         "the lines move {:.2f} times the filament that their pressure advance can move ({} to {} "
         "is plausible): check the values, the speeds and the line's length",
         fit.slope, plausible.lo, plausible.hi);
+  }
+  if (auto not_by_its_lines = NotByItsLines(fit, series); !not_by_its_lines.empty()) {
+    return not_by_its_lines;
   }
   return BeyondItsLines(series, fit.zero, options);
 }

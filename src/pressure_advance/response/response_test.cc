@@ -216,6 +216,50 @@ TEST(Response, SaysWhyItCannotTell) {
             Verdict::kCannotTell);
 }
 
+// OrcaSlicer's line: 20 mm, 40 mm, 20 mm. High values leave a gap to the line's end, where the line
+// is compared with itself.
+World OrcaWorld(double lag_s, double longest_s) {
+  World world;
+  world.line.length_mm = 80;
+  world.line.slow_mm_s = 10;
+  world.line.fast_mm_s = 60;
+  world.line.acceleration_mm_s2 = 5000;
+  world.law.linear_s = lag_s;
+  world.flow_scatter = 0.01;
+  world.noise = 0.01;
+  world.pa = Range(0, longest_s, 21);
+  return world;
+}
+
+Analysis AnalysePhoto(const World& world, Random& random) {
+  return FitResponse(AsPhoto(Measure(world, random), world.line.length_mm), MotionOf(world.line));
+}
+
+TEST(Response, FindsALagWhereHalfOfTheLinesAreEmptyToTheirEnd) {
+  constexpr double kPart = 0.05;  // of the lag
+  for (const auto& [lag_s, longest_s] : {std::pair{0.1, 0.5}, {0.22, 1.0}, {0.3, 1.0}}) {
+    Random random(3);
+    const Analysis fit = AnalysePhoto(OrcaWorld(lag_s, longest_s), random);
+    ASSERT_TRUE(fit.response.pressure_advance.good())
+        << lag_s << " " << fit.response.pressure_advance.reason();
+    EXPECT_NEAR(fit.response.pressure_advance.quantity().value, lag_s, kPart * lag_s);
+    EXPECT_LE(fit.response.pressure_advance.quantity().interval95.lo, lag_s);
+    EXPECT_GE(fit.response.pressure_advance.quantity().interval95.hi, lag_s);
+  }
+}
+
+TEST(Response, RefusesALagThatTheFastSegmentIsTooShortFor) {
+  Random random(3);
+  for (const double lag_s : {0.5, 0.7}) {
+    const Analysis fit = AnalysePhoto(OrcaWorld(lag_s, 1), random);
+    ASSERT_FALSE(fit.response.pressure_advance.good())
+        << fit.response.pressure_advance.quantity().value;
+    EXPECT_NE(fit.response.pressure_advance.reason().find("with a fast speed of at most"),
+              std::string::npos)
+        << fit.response.pressure_advance.reason();
+  }
+}
+
 TEST(Response, OneTransitionTheWrongWayRoundContradictsTheOther) {
   Random random(14);
   const World world = PaperWorld(0.031);

@@ -109,16 +109,19 @@ constexpr std::size_t kFewestReadings = 3;
 constexpr std::size_t kFewestForDrift = 4;  // per slow stretch of a line
 
 // Returns the relative change from the first slow stretch to the last, as the median over all
-// lines.
-double CommonDrift(const std::vector<LinePoints>& lines, const TransitionPlan& plan) {
+// settled lines.
+double CommonDrift(const std::vector<LineProfile>& profiles, const std::vector<LinePoints>& lines,
+                   const TransitionPlan& plan) {
   const Interval& first = plan.reference.front();
   const Interval& last = plan.reference.back();
   const double apart = (last.lo + last.hi - first.lo - first.hi) / 2;
   std::vector<double> drifts;
-  for (const LinePoints& line : lines) {
+  for (std::size_t i = 0; i < lines.size(); ++i) {
+    const LinePoints& line = lines[i];
     if (line.slow.front().size() < kFewestForDrift || line.slow.back().size() < kFewestForDrift) {
       continue;
     }
+    if (!Inside(profiles[i].pressure_advance_s, plan.settled_s)) continue;
     const double before = MedianValue(line.slow.front());
     const double after = MedianValue(line.slow.back());
     if (before + after > 0) drifts.push_back(2 * (after - before) / (after + before) / apart);
@@ -378,7 +381,7 @@ std::vector<LineSurplus> MeasureSurplus(const std::vector<LineProfile>& profiles
       slow.insert(slow.end(), stretch.begin(), stretch.end());
     if (slow.size() >= kFewestReadings) levels.push_back(MedianValue(slow));
   }
-  const double drift = CommonDrift(lines, plan);
+  const double drift = CommonDrift(profiles, lines, plan);
   const double centre = (plan.reference.front().lo + plan.reference.back().hi) / 2;
   const double common_level = levels.empty() ? 0 : Median(levels);
 

@@ -102,6 +102,21 @@ Result<TransitionPlan> PlanTransitions(const LineMotion& motion, PositionUnit un
   return plan;
 }
 
+Interval SettledLines(double lag_s, std::vector<double> pa_s, const TransitionPlan& plan,
+                      double unit_mm, double slow_mm_s) {
+  TRAMMEL_CHECK(lag_s > 0 && !pa_s.empty(), "lag {} s, {} lines", lag_s, pa_s.size());
+  constexpr double kEven = 0.01;  // of the slow flow
+  constexpr std::size_t kFewest = 4;
+  const double after_s =
+      (plan.reference.back().lo - plan.deceleration.boundary) * unit_mm / slow_mm_s;
+  const double per_s = slow_mm_s / std::abs(plan.deceleration.speed_change_mm_s);
+  const double drains_s = kEven * lag_s * std::exp(after_s / lag_s);
+  const double refills_s = drains_s < lag_s ? drains_s : after_s + lag_s * (1 + std::log(kEven));
+  std::ranges::sort(pa_s, {}, [&](double pa) { return std::abs(pa - lag_s); });
+  const double near_s = std::abs(pa_s[std::min(kFewest, pa_s.size()) - 1] - lag_s);
+  return {lag_s - std::max(near_s, drains_s * per_s), lag_s + std::max(near_s, refills_s * per_s)};
+}
+
 namespace {
 
 // Returns relative readings of one line, averaged per bin; not finite for an empty bin.

@@ -1,6 +1,7 @@
 // Plans the positions of a line's speed changes and the stretches that belong to each.
 #pragma once
 
+#include <limits>
 #include <optional>
 #include <string>
 #include <vector>
@@ -32,6 +33,9 @@ struct TransitionPlan {
   /// Window for the acceleration's tail: the same, ending earlier. Empty (lo == hi) with a steady
   /// middle, where the tail has passed, and if the window extends into the next ramp.
   Interval early;
+  /// Pressure advances whose lines are even again in the last reference (SettledLines).
+  Interval settled_s{-std::numeric_limits<double>::infinity(),
+                     std::numeric_limits<double>::infinity()};
 };
 
 /// Plans the windows for a line with one fast segment between two slower ones.
@@ -48,6 +52,16 @@ struct TransitionPlan {
 [[nodiscard]] Result<TransitionPlan> PlanTransitions(const LineMotion& motion, PositionUnit unit,
                                                      double longest_lag_s,
                                                      const TransitionOptions& options = {});
+
+/// Returns the pressure advances whose lines are even again to 1 % where the last reference begins.
+/// Too low, the filament that is left over drains with a linear lag; too high, no filament flows
+/// until the drive has pushed what it drew back. The four lines nearest to the lag always count.
+/// @param lag_s      > 0, as far as it is known yet
+/// @param pa_s       tested values, s
+/// @param unit_mm    one unit of the plan's positions
+/// @param slow_mm_s  speed after the deceleration
+[[nodiscard]] Interval SettledLines(double lag_s, std::vector<double> pa_s,
+                                    const TransitionPlan& plan, double unit_mm, double slow_mm_s);
 
 /// Narrows a window to the stretch where the reading changes with pressure advance. Outside it an
 /// integral gathers only noise and uneven light.

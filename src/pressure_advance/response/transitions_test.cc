@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "base/random.h"
+#include "pressure_advance/response/lag_line_test_support.h"
 
 namespace trammel::pressure_advance {
 namespace {
@@ -132,6 +133,38 @@ TEST(RespondingStretch, HoldsTheStretchThatAnswersWithItsSignAndLittleMore) {
     EXPECT_GT(stretch->hi, 0.34);
     EXPECT_LT(stretch->hi, 0.41);
   }
+}
+
+// Printed lines just within and just beyond, where the last reference begins.
+TEST(SettledLines, AreEvenToAPerCentThere) {
+  trammel::testing::LagLine line;
+  line.length_mm = 80;
+  line.slow_mm_s = 10;
+  line.fast_mm_s = 60;
+  line.acceleration_mm_s2 = 5000;
+  line.smooth_time_s = 0.01;
+  const auto plan = PlanTransitions(MotionOf(line), PositionUnit::kLineLength, 1);
+  ASSERT_TRUE(plan);
+  const auto at =
+      static_cast<std::size_t>(plan->reference.back().lo * line.length_mm / line.step_mm);
+  std::vector<double> tested_s;
+  for (int i = 0; i <= 1000; ++i) tested_s.push_back(0.001 * i);
+  for (const double lag_s : {0.1, 0.16, 0.22}) {
+    const Interval settled = SettledLines(lag_s, tested_s, *plan, line.length_mm, line.slow_mm_s);
+    const auto uneven = [&](double pa_s) {
+      return std::abs(trammel::testing::PrintLagLine(line, {.linear_s = lag_s}, pa_s)[at] - 1);
+    };
+    EXPECT_LT(uneven(settled.hi - 0.01), 0.012) << lag_s;
+    EXPECT_GT(uneven(settled.hi + 0.02), 0.01) << lag_s;
+    if (settled.lo > 0) {
+      EXPECT_LT(uneven(settled.lo + 0.01), 0.012) << lag_s;
+      EXPECT_GT(uneven(settled.lo - 0.01), 0.008) << lag_s;
+    }
+  }
+  // Of a lag that nothing follows in time, the nearest four.
+  const Interval none = SettledLines(0.9, {0, 0.25, 0.5, 0.75, 1}, *plan, 80, 10);
+  EXPECT_LE(none.lo, 0.25);
+  EXPECT_GT(none.lo, 0);
 }
 
 // Windows of 8 mm: more than 2 mm of either in one piece cannot be bridged.
