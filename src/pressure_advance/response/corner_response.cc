@@ -16,17 +16,20 @@ namespace {
 constexpr std::size_t kFewestCorners = 6;
 
 // Surplus that the shape of a corner has at any pressure advance: it is round outside, has a fillet
-// inside, casts shadows, and filament gains height instead of width. -0.05 mm on one real print
-// with its author's choice, and about this on 33 virtual ones (seeds 360000 to 360023 and 860000 to
-// 860007), whose answers lay 3.8 ms rms beside the right value.
-constexpr double kShape_mm = -0.08;
-constexpr double kShapeSigma_mm = 0.04;
+// inside, casts shadows, and filament gains height instead of width. -0.10 mm on one real print
+// with its author's choice, and this on 48 virtual ones (seeds 360000 to 360023 of both tools),
+// whose answers lay 2.2 ms rms beside the right value.
+constexpr double kShape_mm = -0.12;
+constexpr double kShapeSigma_mm = 0.03;
 // 1 sigma of the value itself: where a corner's surplus goes depends on speed, acceleration and
 // filament. Of the same prints.
-constexpr double kModel_s = 0.0035;
-constexpr double kUnknownMotion_s = 0.003;  // of the smoothing, without speed and acceleration
-constexpr double kMinSignificance = 5;      // of the slope, as for lines
-constexpr double kWidest = 0.2;             // half of the interval, as a part of the tested range
+constexpr double kModel_s = 0.0025;
+// Smoothing's shift and its 1 sigma where speed, acceleration or firmware are unknown: between none
+// (Marlin) and Klipper's at 100 mm/s and 3000 mm/s2.
+constexpr double kUnknownShift_s = 0.0015;
+constexpr double kUnknownSigma_s = 0.003;
+constexpr double kMinSignificance = 5;  // of the slope, as for lines
+constexpr double kWidest = 0.2;         // half of the interval, as a part of the tested range
 
 // A corner's gap cannot become emptier than empty: flatter beyond the answer.
 const signal::ZeroCrossingOptions kOptions{
@@ -109,8 +112,8 @@ RangedAnswer Judge(const signal::ZeroCrossing& fit, const CornerMotion& motion,
   }
   const double lines = std::hypot(fit.zero_sigma, fit.bend_shift);
   const auto smoothing = SmoothingOf(motion);
-  const double value = fit.zero - smoothing.value_or(0) / 2;
-  const double smoothed = smoothing ? *smoothing / 3 : kUnknownMotion_s;
+  const double value = fit.zero - (smoothing ? *smoothing / 2 : kUnknownShift_s);
+  const double smoothed = smoothing ? *smoothing / 3 : kUnknownSigma_s;
   const double shape = kShapeSigma_mm / fit.slope;
   const double sigma =
       std::sqrt(lines * lines + smoothed * smoothed + shape * shape + kModel_s * kModel_s);

@@ -15,7 +15,7 @@ namespace {
 using ::testing::HasSubstr;
 
 // Surplus that a corner's round outside takes at any pressure advance.
-constexpr double kRound_mm = -0.08;
+constexpr double kRound_mm = -0.12;
 
 // Falls at 20 mm/s and bottoms out 20 ms beyond the right value, as gaps that are empty do.
 std::vector<CornerSurplus> Corners(double right_s, double noise_mm, std::uint64_t seed) {
@@ -63,6 +63,9 @@ TEST(CornerResponse, SmoothingIsTakenOffAndWidensTheMoreTheShorterTheDip) {
   const Quantity slow = FitCorners(corners, {100, 1000, 0.04}).pressure_advance.quantity();
   EXPECT_NEAR(plain.value - brief.value, 0.007, 1e-9);
   EXPECT_NEAR(plain.value - slow.value, 0.001, 1e-9);
+  const Quantity unknown = FitCorners(corners, {}).pressure_advance.quantity();
+  EXPECT_NEAR(plain.value - unknown.value, 0.0015, 1e-9);
+  EXPECT_GT(unknown.standard_uncertainty, plain.standard_uncertainty);
   EXPECT_NEAR(brief.standard_uncertainty, std::hypot(plain.standard_uncertainty, 0.014 / 3), 1e-9);
 }
 
