@@ -102,8 +102,8 @@ AnalysisRun MeasureCorners(const std::string& file, const ChevronView& view,
   std::vector<pressure_advance::CornerSurplus> corners;
   for (std::size_t i = 0; i < count; ++i) {
     const pressure_advance::ChevronReading& reading = readings[i];
-    corners.push_back(
-        {values_s[i], reading.surplus * spacing_mm, reading.sigma * spacing_mm, reading.unusable});
+    corners.push_back({values_s[i], reading.surplus * spacing_mm, reading.sigma * spacing_mm,
+                       reading.wider, reading.unusable});
   }
   corners.back().unusable = "the last corner touches the frame";
   AnalysisRun run;

@@ -476,13 +476,12 @@ ChevronReading ReadCorner(const ChevronView& view, int chevron, double half_rows
     return SumRow(view, chevron, y) - band.RowWidth(y - view.apex_y_px);
   };
   // The straight arms calibrate the sum of a row, and show its scatter.
-  std::vector<double> straight, widths;
+  std::vector<double> straight;
+  std::array<double, 2> arm_widths{};
   for (const int side : {-1, 1}) {
     const int begin = RowOf(view, side, kStraightBegin), end = RowOf(view, side, kStraightEnd);
-    for (int y = begin; side * (end - y) >= 0; y += side) {
-      straight.push_back(surplus(y));
-      widths.push_back(band.RowWidth(y - view.apex_y_px));
-    }
+    for (int y = begin; side * (end - y) >= 0; y += side) straight.push_back(surplus(y));
+    arm_widths[side > 0] = band.RowWidth((begin + end) / 2.0 - view.apex_y_px);
   }
   const double offset = Median(straight);
   for (double& value : straight) value -= offset;
@@ -491,11 +490,12 @@ ChevronReading ReadCorner(const ChevronView& view, int chevron, double half_rows
   double sum = 0;
   for (int y = begin; y <= end; ++y) sum += surplus(y) - offset;
   // A row's length is the band's width times sqrt 2, and an area over the width is a length.
-  const double unit = Mean(widths) / std::numbers::sqrt2 * view.spacing_px;
+  const double unit = Mean(arm_widths) / std::numbers::sqrt2 * view.spacing_px;
   const auto rows = static_cast<std::size_t>(end - begin + 1);
   // Half of the window, as each arm is little longer than one; two halves scatter independently.
   const std::vector<double> windows = WindowSums(straight, std::max<std::size_t>(1, rows / 2));
   reading.surplus = sum / unit;
+  reading.wider = arm_widths[1] / arm_widths[0] - 1;
   reading.sigma = std::max(1e-3, StandardDeviation(windows) * std::numbers::sqrt2 / unit);
   return reading;
 }

@@ -18,6 +18,7 @@ struct ChevronReading {
   double surplus = 0;    ///< filled area around the corner less that of straight arms, over the
                          ///< band's width: length of band. Positive: too much filament
   double sigma = 0;      ///< 1 sigma, from equal windows on the straight arms
+  double wider = 0;      ///< width of the arm below over that above, less 1
   std::string unusable;  ///< why it was not measured; empty if it was
 };
 

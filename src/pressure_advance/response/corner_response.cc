@@ -24,9 +24,12 @@ constexpr double kShapeSigma_mm = 0.03;
 // 1 sigma of the value itself: where a corner's surplus goes depends on speed, acceleration and
 // filament. Of the same prints.
 constexpr double kModel_s = 0.0025;
+// 1 sigma of the surplus that a shadow changes, over the share by which it makes one arm look
+// wider: about the length of band around which it turns. Assumed.
+constexpr double kShadow_mm = 1;
 // Smoothing's shift and its 1 sigma where speed, acceleration or firmware are unknown: between none
-// (Marlin) and Klipper's at 100 mm/s and 3000 mm/s2.
-constexpr double kUnknownShift_s = 0.0015;
+// (Marlin) and Klipper's, 3 ms at 100 mm/s and 3000 mm/s2, 5 ms at 200 mm/s and 10000 mm/s2.
+constexpr double kUnknownShift_s = 0.002;
 constexpr double kUnknownSigma_s = 0.003;
 constexpr double kMinSignificance = 5;  // of the slope, as for lines
 constexpr double kWidest = 0.2;         // half of the interval, as a part of the tested range
@@ -100,7 +103,7 @@ std::optional<double> SmoothingOf(const CornerMotion& motion) {
   return std::min(smooth_s * smooth_s / (4 * dip_s), 0.35 * smooth_s);
 }
 
-RangedAnswer Judge(const signal::ZeroCrossing& fit, const CornerMotion& motion,
+RangedAnswer Judge(const signal::ZeroCrossing& fit, double wider, const CornerMotion& motion,
                    const Interval& tested) {
   if (!(fit.slope > kMinSignificance * fit.slope_sigma)) {
     return {Measured::CannotTell(fmt::format(
@@ -114,7 +117,8 @@ RangedAnswer Judge(const signal::ZeroCrossing& fit, const CornerMotion& motion,
   const auto smoothing = SmoothingOf(motion);
   const double value = fit.zero - (smoothing ? *smoothing / 2 : kUnknownShift_s);
   const double smoothed = smoothing ? *smoothing / 3 : kUnknownSigma_s;
-  const double shape = kShapeSigma_mm / fit.slope;
+  const double shadow_mm = kShadow_mm * std::abs(wider);
+  const double shape = std::hypot(kShapeSigma_mm, shadow_mm) / fit.slope;
   const double sigma =
       std::sqrt(lines * lines + smoothed * smoothed + shape * shape + kModel_s * kModel_s);
   const double freedom = std::max(1.0, fit.points - 3);
@@ -123,10 +127,15 @@ RangedAnswer Judge(const signal::ZeroCrossing& fit, const CornerMotion& motion,
   return JudgeInRange(
       value, sigma, half, tested, kWidest,
       fmt::format("about {:.3f} s, but the 95 % interval would reach {:.2g} s to either side on a "
-                  "tested range of {:.2g} s: {}; print lines (PA Line) instead",
+                  "tested range of {:.2g} s: {} print lines (PA Line) instead",
                   std::max(0.0, value), half, tested.hi - tested.lo,
-                  shape > lines ? "at this acceleration a corner tells little"
-                                : "the corners scatter too much"));
+                  shape < lines ? "the corners scatter too much;"
+                  : shadow_mm > kShapeSigma_mm
+                      ? fmt::format("the arms on one side of the corners look {:.0f} % wider than "
+                                    "those on the other, as shadows make them. Photograph it in "
+                                    "light from all sides, or",
+                                    100 * std::abs(wider))
+                      : "at this acceleration a corner tells little;"));
 }
 
 }  // namespace
@@ -144,7 +153,7 @@ Analysis FitCorners(const std::vector<CornerSurplus>& corners, const CornerMotio
   response.surplus_s.assign(n, 0);
   response.sigma_s.assign(n, 0);
   response.fitted_s.assign(n, 0);
-  std::vector<double> x, y, sigma;
+  std::vector<double> x, y, sigma, wider;
   std::vector<std::size_t> index;  // of the usable corners, by pressure advance
   for (std::size_t i = 0; i < n; ++i) {
     LineResult& line = analysis.lines.emplace_back();
@@ -158,6 +167,7 @@ Analysis FitCorners(const std::vector<CornerSurplus>& corners, const CornerMotio
     x.push_back(corners[i].pressure_advance_s);
     y.push_back(corners[i].surplus_mm - kShape_mm);
     sigma.push_back(corners[i].sigma_mm);
+    wider.push_back(corners[i].wider);
   }
   const auto answer = [&](RangedAnswer ranged) {
     static_cast<RangedAnswer&>(analysis) = ranged;
@@ -187,7 +197,7 @@ Analysis FitCorners(const std::vector<CornerSurplus>& corners, const CornerMotio
           is_near ? "does not follow the other corners" : "too far from the answer to tell more";
     }
   }
-  RangedAnswer ranged = Judge(fit, motion, RangeOf(x));
+  RangedAnswer ranged = Judge(fit, Median(wider), motion, RangeOf(x));
   if (ranged.pressure_advance.good()) {
     analysis.notices.push_back(fmt::format(
         "this is the value for corners {}; long lines may ask for more, where the filament's lag "

@@ -14,6 +14,7 @@ struct CornerSurplus {
   double pressure_advance_s = 0;
   double surplus_mm = 0;  ///< length of band in surplus around the corner; negative: missing
   double sigma_mm = 0;    ///< 1 sigma of the reading's noise, > 0
+  double wider = 0;       ///< width of one arm over the other's, less 1; a shadow's where not 0
   std::string unusable;   ///< why this corner must not be used; empty if usable
 };
 

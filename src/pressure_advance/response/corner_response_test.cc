@@ -24,7 +24,7 @@ std::vector<CornerSurplus> Corners(double right_s, double noise_mm, std::uint64_
   for (int i = 0; i <= 16; ++i) {
     const double p = 0.005 * i;
     const double surplus = std::max(20 * (right_s - p), -0.4);
-    corners.push_back({p, surplus + kRound_mm + noise_mm * random.Normal(), 0.01, ""});
+    corners.push_back({p, surplus + kRound_mm + noise_mm * random.Normal(), 0.01, 0, ""});
   }
   return corners;
 }
@@ -64,9 +64,22 @@ TEST(CornerResponse, SmoothingIsTakenOffAndWidensTheMoreTheShorterTheDip) {
   EXPECT_NEAR(plain.value - brief.value, 0.007, 1e-9);
   EXPECT_NEAR(plain.value - slow.value, 0.001, 1e-9);
   const Quantity unknown = FitCorners(corners, {}).pressure_advance.quantity();
-  EXPECT_NEAR(plain.value - unknown.value, 0.0015, 1e-9);
+  EXPECT_NEAR(plain.value - unknown.value, 0.002, 1e-9);
   EXPECT_GT(unknown.standard_uncertainty, plain.standard_uncertainty);
   EXPECT_NEAR(brief.standard_uncertainty, std::hypot(plain.standard_uncertainty, 0.014 / 3), 1e-9);
+}
+
+// A shadow beside one arm of each corner changes its area by as much as the right value does.
+TEST(CornerResponse, ShadowsWidenTheIntervalAndAreNamed) {
+  std::vector<CornerSurplus> corners = Corners(0.04, 0.02, 1);
+  for (CornerSurplus& corner : corners) corner.wider = -0.05;
+  const Quantity even = FitCorners(Corners(0.04, 0.02, 1), kMotion).pressure_advance.quantity();
+  const Quantity shaded = FitCorners(corners, kMotion).pressure_advance.quantity();
+  EXPECT_EQ(shaded.value, even.value);
+  EXPECT_NEAR(shaded.standard_uncertainty, std::hypot(even.standard_uncertainty, 0.05 / 20), 2e-4);
+  for (CornerSurplus& corner : corners) corner.wider = 0.2;
+  EXPECT_THAT(FitCorners(corners, kMotion).pressure_advance.reason(),
+              HasSubstr("look 20 % wider than those on the other, as shadows make them"));
 }
 
 TEST(CornerResponse, NeedsSixCornersAndSaysWhy) {
