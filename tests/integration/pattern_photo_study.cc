@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdint>
@@ -160,10 +161,9 @@ NumbersRead ReadNumbers(sim::PatternKind kind, std::uint64_t seed) {
   const auto run = app::AnalysePhoto(file, plan);
   EXPECT_TRUE(run.has_value()) << seed;
   const std::vector<double>& read = run->printed_s;
-  bool right = read.size() == world->values.size();
-  for (std::size_t i = 0; right && i < read.size(); ++i) {
-    right = std::abs(read[i] - world->values[i]) < 1e-6;
-  }
+  // Lines with more gap than filament at one end are not counted; the others keep their values.
+  const auto same = [](double a, double b) { return std::abs(a - b) < 1e-6; };
+  const bool right = !std::ranges::search(world->values, read, same).empty();
   if (!right) {
     fmt::print("  {} {:g}:{:g}:{:g} {}\n", seed, start, end, step,
                read.empty() ? run->analysis.pressure_advance.reason()

@@ -30,9 +30,11 @@ LabelReading ReadEither(const std::function<SequenceReading(bool mirrored)>& rea
   const SequenceReading seen = read(false);
   if (!seen.values_s.empty() || seen.as_given) return Taken(seen);
   const SequenceReading turned = read(true);
-  // Labels show the side on which they lie before each digit is clear.
-  const bool mirrored = !turned.values_s.empty() || turned.as_given ||
-                        turned.score >= kLeastLabelScore + std::max(0.0, seen.score);
+  // Labels show the side on which they lie before each digit is clear. Those that look better as
+  // they are seen are not mirrored, even where they cannot be read.
+  const bool read_turned = !turned.values_s.empty() || turned.as_given;
+  const bool mirrored =
+      turned.score >= (read_turned ? 0 : kLeastLabelScore) + std::max(0.0, seen.score);
   LabelReading result = Taken(mirrored ? turned : seen);
   result.mirrored = mirrored;
   return result;
