@@ -424,8 +424,11 @@ std::optional<FoundChevrons> Refine(const cv::Mat& photo, cv::Matx33d photo_from
     photo_from_plane = start;
     FoundChevrons found;
     double total = 0;
-    constexpr int kRounds = 4;
-    for (int round = 0; round < kRounds; ++round) {
+    constexpr int kRounds = 12;  // each may reach some chevrons farther
+    constexpr int kFewestRounds = 6;
+    for (int round = 0, before = -1; round < kRounds; ++round) {
+      if (round >= kFewestRounds && found.count == before) break;
+      before = found.count;
       const std::optional<Strip> strip = StripOf(photo, photo_from_plane, channel);
       if (!strip) break;
       std::vector<double> strength;
@@ -450,7 +453,9 @@ std::optional<FoundChevrons> Refine(const cv::Mat& photo, cv::Matx33d photo_from
           FromMatrix(photo_from_plane * cv::Matx33d(1, 0, first, 0, 1, 0, 0, 0, 1));
     }
     constexpr double kMaxIrregular = 0.05;  // lenses bend by less, other patterns by more
+    constexpr double kLeastStrength = 0.3;  // chevrons have 0.5 to 0.7, a photo of lines 0.2
     if (found.count < kFewestChevrons || found.irregularity > kMaxIrregular) continue;
+    if (total < kLeastStrength * found.count) continue;
     if (total <= best_strength) continue;
     best_strength = total;
     best = found;
@@ -488,51 +493,113 @@ Turned MeetingOf(FoundComb a, FoundComb b, const MeetingPlace& place) {
   return patch ? BestMeeting(*patch) : Turned{};
 }
 
+// Two combs that may be the arms of the same chevrons.
+using Arms = std::pair<FoundComb, FoundComb>;
+
+// Returns the comb turned about its middle, with the same horizon, and twice as large: chevrons'
+// other arms lie beside it.
+FoundComb OtherArms(const FoundComb& comb, double angle_rad) {
+  constexpr double kLarger = 2;
+  const PointPx middle = Middle(comb.corners);
+  const cv::Matx22d turn(std::cos(angle_rad), -std::sin(angle_rad), std::sin(angle_rad),
+                         std::cos(angle_rad));
+  FoundComb other = comb;
+  for (PointPx& corner : other.corners) {
+    const cv::Vec2d to = turn * cv::Vec2d(corner.x - middle.x, corner.y - middle.y) * kLarger;
+    corner = {middle.x + to[0], middle.y + to[1]};
+  }
+  // A place is -first / step: its gradient at the middle is turned.
+  const cv::Vec3d at(middle.x, middle.y, 1), first = Vector(comb.pencil.first),
+                                             step = Vector(comb.pencil.step);
+  const double w = step.dot(at), f = first.dot(at);
+  const cv::Vec2d gradient =
+      turn * cv::Vec2d(first[0] - f / w * step[0], first[1] - f / w * step[1]);
+  other.pencil.first = {gradient[0], gradient[1], -gradient[0] * middle.x - gradient[1] * middle.y};
+  return other;
+}
+
+// Returns the pairs of combs that may meet.
+std::vector<Arms> PairsOf(std::span<const FoundComb> combs) {
+  std::vector<Arms> pairs;
+  for (std::size_t i = 0; i < combs.size(); ++i) {
+    for (std::size_t j = i + 1; j < combs.size(); ++j) {
+      if (MayMeet(combs[i], combs[j])) pairs.emplace_back(combs[i], combs[j]);
+    }
+  }
+  return pairs;
+}
+
+// Returns combs with the other arms that they would have.
+std::vector<Arms> LonelyArms(std::span<const FoundComb> combs) {
+  constexpr std::size_t kClearest = 12;
+  std::vector<Arms> pairs;
+  for (const FoundComb& comb : combs.first(std::min(combs.size(), kClearest))) {
+    for (const double angle_deg : {76.0, 90.0, 104.0}) {  // seen at a slant
+      pairs.emplace_back(comb, OtherArms(comb, angle_deg * std::numbers::pi / 180));
+    }
+  }
+  return pairs;
+}
+
+// Pictures of a photo in which combs are put together.
+class MeetingPlaces {
+ public:
+  explicit MeetingPlaces(const BgrView& photo)
+      : small_(ShrinkToFit(photo, kLongestSearched_px, 1e18, scale_)),
+        rough_(ShrinkToFit(small_.view(), kLongestSearched_px / 2, 1e18, rough_scale_)),
+        fine_place_{{small_.height, small_.width, CV_8UC3, small_.bgr.data()}, scale_, kUnit_px},
+        rough_place_{{rough_.height, rough_.width, CV_8UC3, rough_.bgr.data()},
+                     scale_ * rough_scale_,
+                     kRoughUnit_px} {}
+
+  // Returns the chevrons of the pair that meets best.
+  [[nodiscard]] std::optional<FoundChevrons> BestOf(const std::vector<Arms>& pairs) const {
+    struct Scored {
+      const Arms* arms;
+      double score;
+    };
+    std::vector<Scored> scored;
+    for (const Arms& arms : pairs) {
+      const double score = MeetingOf(arms.first, arms.second, rough_place_).score;
+      if (score > 0) scored.push_back({&arms, score});
+    }
+    // The same arms are found as several combs. Assumed: 24 sufficed for the pair that is best in
+    // detail in the two virtual photos that were looked at.
+    constexpr std::size_t kBestPairs = 32;
+    constexpr double kMinScore = 1;  // columns of full contrast
+    std::ranges::stable_sort(scored, std::greater(), &Scored::score);
+    scored.resize(std::min(scored.size(), kBestPairs));
+    std::vector<Turned> meetings;
+    for (const Scored& pair : scored) {
+      const Turned turned = MeetingOf(pair.arms->first, pair.arms->second, fine_place_);
+      if (turned.score >= kMinScore) meetings.push_back(turned);
+    }
+    // An arm's comb may also meet that of a label or a shadow.
+    constexpr std::size_t kTried = 4;
+    std::ranges::sort(meetings, std::greater(), &Turned::score);
+    meetings.resize(std::min(meetings.size(), kTried));
+    for (const Turned& meeting : meetings) {
+      auto found = Refine(fine_place_.bgr, meeting.photo_from_plane);
+      if (!found) continue;
+      found->photo_from_plane = FromMatrix(PhotoFrom(scale_) * Matrix(found->photo_from_plane));
+      return found;
+    }
+    return std::nullopt;
+  }
+
+ private:
+  double scale_ = 1, rough_scale_ = 1;
+  Frame small_, rough_;
+  MeetingPlace fine_place_, rough_place_;
+};
+
 }  // namespace
 
 std::optional<FoundChevrons> FindChevrons(const BgrView& photo, std::span<const FoundComb> combs) {
-  double scale = 1;
-  Frame small = ShrinkToFit(photo, kLongestSearched_px, 1e18, scale);
-  const cv::Mat bgr(small.height, small.width, CV_8UC3, small.bgr.data());
-  double rough_scale = 1;
-  Frame rough = ShrinkToFit(small.view(), kLongestSearched_px / 2, 1e18, rough_scale);
-  const MeetingPlace fine_place{bgr, scale, kUnit_px};
-  const MeetingPlace rough_place{
-      {rough.height, rough.width, CV_8UC3, rough.bgr.data()}, scale * rough_scale, kRoughUnit_px};
-  struct Pair {
-    const FoundComb *a, *b;
-    double score;
-  };
-  std::vector<Pair> pairs;
-  for (std::size_t i = 0; i < combs.size(); ++i) {
-    for (std::size_t j = i + 1; j < combs.size(); ++j) {
-      if (!MayMeet(combs[i], combs[j])) continue;
-      const double score = MeetingOf(combs[i], combs[j], rough_place).score;
-      if (score > 0) pairs.push_back({&combs[i], &combs[j], score});
-    }
-  }
-  // The same arms are found as several combs. Assumed: 24 sufficed for the pair that is best in
-  // detail in the two virtual photos that were looked at.
-  constexpr std::size_t kBestPairs = 32;
-  constexpr double kMinScore = 1;  // columns of full contrast
-  std::ranges::stable_sort(pairs, std::greater(), &Pair::score);
-  pairs.resize(std::min(pairs.size(), kBestPairs));
-  std::vector<Turned> meetings;
-  for (const Pair& pair : pairs) {
-    const Turned turned = MeetingOf(*pair.a, *pair.b, fine_place);
-    if (turned.score >= kMinScore) meetings.push_back(turned);
-  }
-  // An arm's comb may also meet that of a label or a shadow.
-  constexpr std::size_t kTried = 4;
-  std::ranges::sort(meetings, std::greater(), &Turned::score);
-  meetings.resize(std::min(meetings.size(), kTried));
-  for (const Turned& meeting : meetings) {
-    auto found = Refine(bgr, meeting.photo_from_plane);
-    if (!found) continue;
-    found->photo_from_plane = FromMatrix(PhotoFrom(scale) * Matrix(found->photo_from_plane));
-    return found;
-  }
-  return std::nullopt;
+  const MeetingPlaces places(photo);
+  if (auto found = places.BestOf(PairsOf(combs))) return found;
+  // The arms of one side may lie in a shadow.
+  return places.BestOf(LonelyArms(combs));
 }
 
 }  // namespace trammel::vision
