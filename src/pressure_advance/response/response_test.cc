@@ -260,6 +260,30 @@ TEST(Response, RefusesALagThatTheFastSegmentIsTooShortFor) {
   }
 }
 
+// A glare over the ends of the lines with high values, which look thinner there.
+TEST(Response, RefusesLinesWhoseEndsAreReadUnevenly) {
+  ResponseOptions options;
+  options.widest_interval = 1;
+  for (const double share : {0.0, 0.36}) {
+    Random random(3);
+    const World world = OrcaWorld(0.05, 0.1);
+    auto profiles = AsPhoto(Measure(world, random), world.line.length_mm);
+    for (LineProfile& profile : profiles) {
+      for (ProfileSample& sample : profile.samples) {
+        const double into = std::clamp((sample.position - 0.3) / 0.6, 0.0, 1.0);
+        sample.width.value *= 1 - share * into * profile.pressure_advance_s / 0.1;
+      }
+    }
+    const Analysis fit = FitResponse(profiles, MotionOf(world.line), options);
+    EXPECT_EQ(fit.response.pressure_advance.good(), share == 0);
+    if (share > 0) {
+      EXPECT_NE(fit.response.pressure_advance.reason().find("ends grow thinner by"),
+                std::string::npos)
+          << fit.response.pressure_advance.reason();
+    }
+  }
+}
+
 TEST(Response, OneTransitionTheWrongWayRoundContradictsTheOther) {
   Random random(14);
   const World world = PaperWorld(0.031);

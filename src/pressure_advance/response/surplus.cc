@@ -108,8 +108,18 @@ double MedianValue(const std::vector<Point>& points) {
 constexpr std::size_t kFewestReadings = 3;
 constexpr std::size_t kFewestForDrift = 4;  // per slow stretch of a line
 
-// Returns the relative change from the first slow stretch to the last, as the median over all
-// settled lines.
+// Returns the relative change of a line's reading from the first slow stretch to the last.
+std::optional<double> ChangeAlong(const LinePoints& line) {
+  if (line.slow.front().size() < kFewestForDrift || line.slow.back().size() < kFewestForDrift) {
+    return std::nullopt;
+  }
+  const double before = MedianValue(line.slow.front());
+  const double after = MedianValue(line.slow.back());
+  if (!(before + after > 0)) return std::nullopt;
+  return 2 * (after - before) / (after + before);
+}
+
+// Returns that change per unit of position, as the median over all settled lines.
 double CommonDrift(const std::vector<LineProfile>& profiles, const std::vector<LinePoints>& lines,
                    const TransitionPlan& plan) {
   const Interval& first = plan.reference.front();
@@ -117,14 +127,10 @@ double CommonDrift(const std::vector<LineProfile>& profiles, const std::vector<L
   const double apart = (last.lo + last.hi - first.lo - first.hi) / 2;
   std::vector<double> drifts;
   for (std::size_t i = 0; i < lines.size(); ++i) {
-    const LinePoints& line = lines[i];
-    if (line.slow.front().size() < kFewestForDrift || line.slow.back().size() < kFewestForDrift) {
-      continue;
+    const std::optional<double> change = ChangeAlong(lines[i]);
+    if (change && Inside(profiles[i].pressure_advance_s, plan.settled_s)) {
+      drifts.push_back(*change / apart);
     }
-    if (!Inside(profiles[i].pressure_advance_s, plan.settled_s)) continue;
-    const double before = MedianValue(line.slow.front());
-    const double after = MedianValue(line.slow.back());
-    if (before + after > 0) drifts.push_back(2 * (after - before) / (after + before) / apart);
   }
   return drifts.size() >= 3 && apart > 0 ? Median(drifts) : 0;
 }
@@ -403,6 +409,7 @@ std::vector<LineSurplus> MeasureSurplus(const std::vector<LineProfile>& profiles
     LineSurplus& result = results[i];
     result.unusable = profiles[i].unusable;
     if (!result.unusable.empty()) continue;
+    result.along = ChangeAlong(lines[i]);
     const std::optional<Reference>& reference = references[i];
     if (!reference || !(reference->at(plan.acceleration.span.lo) > 0) ||
         !(reference->at(plan.deceleration.span.hi) > 0)) {

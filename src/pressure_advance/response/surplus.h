@@ -43,6 +43,8 @@ struct Surplus {
 struct LineSurplus {
   Surplus acceleration;
   Surplus deceleration;
+  /// Relative change of the reading from the first reference to the last; absent: too few readings.
+  std::optional<double> along;
   std::string unusable;  ///< why this line has no surplus; empty if it has
 };
 
