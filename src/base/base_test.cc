@@ -58,6 +58,12 @@ TEST(Random, BelowReachesEveryValueAndNoOther) {
   for (const int n : count) EXPECT_NEAR(n, 1000, 150);
 }
 
+TEST(Statistics, MedianSlopeLeavesOutWhatIsNotFinite) {
+  const std::vector<double> x{0, 1, 1, 2, 3}, y{1, 3, 3, 5, std::nan("")};
+  EXPECT_DOUBLE_EQ(MedianSlope(x, y), 2);
+  EXPECT_EQ(MedianSlope(std::vector<double>{1, 1}, std::vector<double>{0, 5}), 0);
+}
+
 TEST(Statistics, MedianAndQuantilesInterpolate) {
   EXPECT_DOUBLE_EQ(Median(std::vector<double>{3, 1, 2}), 2);
   EXPECT_DOUBLE_EQ(Median(std::vector<double>{4, 1, 2, 3}), 2.5);

@@ -37,6 +37,8 @@ enum class Verdict {
 struct Interval {
   double lo = 0;
   double hi = 0;
+
+  [[nodiscard]] bool Holds(double value) const { return value >= lo && value <= hi; }
 };
 
 /// Scalar with its uncertainty, in the unit that the owner's name states.

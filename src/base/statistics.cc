@@ -12,6 +12,18 @@ namespace trammel {
 
 double Median(std::span<const double> sample) { return Quantile(sample, 0.5); }
 
+double MedianSlope(std::span<const double> x, std::span<const double> y) {
+  TRAMMEL_CHECK(x.size() == y.size(), "{} and {} values", x.size(), y.size());
+  std::vector<double> slopes;
+  for (std::size_t i = 0; i < x.size(); ++i) {
+    for (std::size_t j = i + 1; j < x.size(); ++j) {
+      const double slope = (y[j] - y[i]) / (x[j] - x[i]);
+      if (std::isfinite(slope)) slopes.push_back(slope);
+    }
+  }
+  return slopes.empty() ? 0 : Median(slopes);
+}
+
 double RobustStandardDeviation(std::span<const double> sample) {
   if (sample.size() < 2) return 0;
   const double centre = Median(sample);

@@ -12,6 +12,10 @@ inline constexpr double kNormal95 = 1.959964;
 /// Returns the median; for even counts the mean of the middle two. REQUIRES a non-empty sample.
 [[nodiscard]] double Median(std::span<const double> sample);
 
+/// Returns the median of the slopes between all pairs of points (Theil 1950, Sen 1968); points that
+/// are not finite, and pairs at the same x, do not count. 0 without any. REQUIRES equal lengths.
+[[nodiscard]] double MedianSlope(std::span<const double> x, std::span<const double> y);
+
 /// Returns the standard deviation estimated from the median absolute deviation (factor 1.4826:
 /// consistent for a normal distribution). 0 for fewer than two values.
 [[nodiscard]] double RobustStandardDeviation(std::span<const double> sample);

@@ -499,7 +499,7 @@ using Arms = std::pair<FoundComb, FoundComb>;
 // Returns the comb turned about its middle, with the same horizon, and twice as large: chevrons'
 // other arms lie beside it.
 FoundComb OtherArms(const FoundComb& comb, double angle_rad) {
-  constexpr double kLarger = 2;
+  constexpr double kLarger = 2;  // assumed: from one arm's middle beyond the other's end
   const PointPx middle = Middle(comb.corners);
   const cv::Matx22d turn(std::cos(angle_rad), -std::sin(angle_rad), std::sin(angle_rad),
                          std::cos(angle_rad));
@@ -531,7 +531,7 @@ std::vector<Arms> PairsOf(std::span<const FoundComb> combs) {
 
 // Returns combs with the other arms that they would have.
 std::vector<Arms> LonelyArms(std::span<const FoundComb> combs) {
-  constexpr std::size_t kClearest = 12;
+  constexpr std::size_t kClearest = 12;  // assumed, to bound the time
   std::vector<Arms> pairs;
   for (const FoundComb& comb : combs.first(std::min(combs.size(), kClearest))) {
     for (const double angle_deg : {76.0, 90.0, 104.0}) {  // seen at a slant

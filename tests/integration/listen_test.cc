@@ -147,7 +147,7 @@ TEST_F(Listen, SaysWhyThereIsNoAnswerAndListensOnThroughARestart) {
   // The methods are registered anew some moments after the printer is ready: whoever presses the
   // button meanwhile presses it again.
   bool heard = false;
-  for (int attempt = 0; attempt < 200 && !heard; ++attempt) {
+  for (int attempt = 0; attempt < 10 * kEnough_s && !heard; ++attempt) {
     ASSERT_TRUE(process_->Running()) << process_->StandardErrorSoFar();
     if (attempt % 10 == 0) shop_->Script("TRAMMEL_PA");
     std::this_thread::sleep_for(std::chrono::milliseconds(100));

@@ -27,8 +27,8 @@ struct CornerMotion {
 
 /// Distance from the corner, along the path, within which filament is counted. Farther off, shadows
 /// and arms that are not quite straight weigh more than filament; nearer, filament lies outside. Of
-/// 48 virtual photos (seeds 360000 to 360023 of both tools) the answers scattered by 2.5 ms at
-/// 0.8 mm, 2.0 ms at 1 to 1.7 mm.
+/// 47 virtual photos (seeds 360000 to 360023 of both tools) the answers scattered by 2.5 ms at
+/// 0.8 mm, 1.9 to 2.2 ms at 1 to 1.7 mm.
 inline constexpr double kCornerWindow_mm = 1.2;
 
 /// Fits the surplus over pressure advance (signal::FitZeroCrossing): filament is conserved, so that

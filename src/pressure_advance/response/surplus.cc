@@ -59,10 +59,6 @@ struct Point {
   double sigma = 0;
 };
 
-bool Inside(double position, const Interval& span) {
-  return position >= span.lo && position <= span.hi;
-}
-
 // Readings of one line, and those of its slow stretches.
 struct LinePoints {
   std::vector<Point> all;
@@ -93,7 +89,7 @@ LinePoints Sort(const LineProfile& profile, Reading reading, const TransitionPla
     if (!seen.seen() || sample.gap) continue;
     points.all.push_back({sample.position, seen.value, seen.sigma});
     for (std::size_t i = 0; i < plan.reference.size(); ++i) {
-      if (Inside(sample.position, plan.reference[i])) points.slow[i].push_back(points.all.back());
+      if (plan.reference[i].Holds(sample.position)) points.slow[i].push_back(points.all.back());
     }
   }
   return points;
@@ -128,7 +124,7 @@ double CommonDrift(const std::vector<LineProfile>& profiles, const std::vector<L
   std::vector<double> drifts;
   for (std::size_t i = 0; i < lines.size(); ++i) {
     const std::optional<double> change = ChangeAlong(lines[i]);
-    if (change && Inside(profiles[i].pressure_advance_s, plan.settled_s)) {
+    if (change && plan.settled_s.Holds(profiles[i].pressure_advance_s)) {
       drifts.push_back(*change / apart);
     }
   }
@@ -282,7 +278,7 @@ Integral IntegrateDeviation(const LinePoints& line, const Reference& reference,
     if (cut != line.cut_off.end() && *cut < to) integral.cut_off += std::abs(area);
   };
   for (std::size_t i = 0; i < points.size(); ++i) {
-    if (!Inside(points[i].position, span)) continue;
+    if (!span.Holds(points[i].position)) continue;
     const double level = reference.at(points[i].position);
     const double deviation = points[i].value / level - 1;
     const double step = points[i].position - previous;

@@ -139,18 +139,6 @@ std::vector<double> Binned(const LineProfile& profile, Reading reading, const In
   return sum;
 }
 
-double MedianSlope(const std::vector<double>& pa, const std::vector<std::vector<double>>& lines,
-                   std::size_t bin) {
-  std::vector<double> slopes;
-  for (std::size_t i = 0; i < pa.size(); ++i) {
-    for (std::size_t j = i + 1; j < pa.size(); ++j) {
-      const double slope = (lines[j][bin] - lines[i][bin]) / (pa[j] - pa[i]);
-      if (std::isfinite(slope)) slopes.push_back(slope);
-    }
-  }
-  return slopes.empty() ? 0 : Median(slopes);
-}
-
 }  // namespace
 
 std::optional<Interval> RespondingStretch(const std::vector<LineProfile>& profiles, Reading reading,
@@ -167,7 +155,9 @@ std::optional<Interval> RespondingStretch(const std::vector<LineProfile>& profil
   if (pa.size() < 3) return std::nullopt;
   std::vector<double> raw(kBins);
   for (std::size_t bin = 0; bin < raw.size(); ++bin) {
-    raw[bin] = MedianSlope(pa, lines, bin) * (rising ? 1 : -1);
+    std::vector<double> readings;
+    for (const std::vector<double>& line : lines) readings.push_back(line[bin]);
+    raw[bin] = MedianSlope(pa, readings) * (rising ? 1 : -1);
   }
   std::vector<double> answer(raw.size());
   for (std::size_t bin = 0; bin < raw.size(); ++bin) {
