@@ -289,6 +289,11 @@ TEST_F(AnalyzePhoto, ReadsABatchInOnePictureAndRefusesItMirrored) {
   cv::flip(picture, picture, 1);
   Write(picture);
   ExpectRefusalText("photo.jpg --gcode batch.gcode", folder(), {"mirrored", "its numbers"});
+  const auto refused = test::RunTrammel("pa photo photo.jpg --gcode batch.gcode --json", folder());
+  const json why = json::parse(refused.standard_output).at("patterns");
+  ASSERT_EQ(why.size(), 2U);
+  EXPECT_EQ(why[1].at("verdict"), "refused");
+  EXPECT_THAT(why[1].at("reason").get<std::string>(), HasSubstr("mirrored"));
 }
 
 // Side by side, one above the other, and of both kinds: neither is taken silently.
@@ -325,6 +330,13 @@ TEST_F(AnalyzePhoto, NamesTwoPatternsInOnePicture) {
     EXPECT_LT(told.at("interval95_s")[0], 0.045) << gcode;
     EXPECT_GT(told.at("interval95_s")[1], 0.045) << gcode;
   }
+}
+
+// For a long tube, printed with an extruder at the nozzle: most lines are empty to their end.
+TEST_F(AnalyzePhoto, SaysWhichValuesAreTooHighForLinesWithoutEnds) {
+  Shoot(folder(), "orca-line --pa 0:1:0.05", "wide");
+  ExpectRefused("wide.jpg --gcode wide.gcode", folder(),
+                {"The values reach 1 s", "empty to its end", "at most 0.5 s"});
 }
 
 TEST_F(AnalyzePhoto, ReadsAHundredMegapixelsInBoundedMemory) {

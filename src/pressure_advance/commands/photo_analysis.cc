@@ -301,6 +301,23 @@ NamedLines MeasureNumbered(pressure_advance::PhotoSearch& photo, PhotoPlan& plan
   return named;
 }
 
+// Returns what to print instead if many lines of the plan can be empty to their end: filament held
+// back where the head slows down lasts for pressure advance times the speed change. Else empty.
+std::string WithoutEnds(const PhotoPlan& plan) {
+  if (!plan.length_mm || plan.pressure_advance_s.empty() || plan.segments.size() < 3) return {};
+  const double last_mm = plan.segments.back().fraction * *plan.length_mm;
+  const double change_mm_s = plan.segments[1].speed_mm_s - plan.segments.back().speed_mm_s;
+  const double highest_s = std::ranges::max(plan.pressure_advance_s);
+  constexpr double kMany = 3;  // half of the lines, where the right value is low in the range
+  const double empty_s = last_mm / change_mm_s;
+  if (!(change_mm_s > 0) || highest_s < kMany * empty_s) return {};
+  return fmt::format(
+      ". The values reach {:.3g} s: {:.2g} s above the right one, a line is empty to its end. If "
+      "many "
+      "are, print values of at most {:.2g} s",
+      highest_s, empty_s, 2 * empty_s);
+}
+
 AnalysisRun AnalysePicture(pressure_advance::PhotoSearch& photo, const std::string& file,
                            const PhotoPlan& given);
 
@@ -340,7 +357,7 @@ AnalysisRun AnalysePicture(pressure_advance::PhotoSearch& photo, const std::stri
   auto [seen, outline, other] = MeasureNumbered(photo, plan, notices);
   if (other) return AnalyseRest(photo.picture(), outline, file, given);
   if (!seen.refusal.empty()) {
-    AnalysisRun run = Refused(picture, file, seen.refusal, std::move(outline));
+    AnalysisRun run = Refused(picture, file, seen.refusal + WithoutEnds(plan), std::move(outline));
     if (numbered) run.printed_s = plan.pressure_advance_s;
     return run;
   }

@@ -75,6 +75,14 @@ Result<std::vector<Row>> MeasureAll(const std::vector<std::string>& photos,
   return rows;
 }
 
+std::vector<Row> RefuseAll(const files::SlicerPrint& print, const std::string& reason) {
+  std::vector<Row> rows;
+  for (const SlicerPattern& pattern : print.patterns) {
+    rows.push_back({&pattern, RefusedRun(reason)});
+  }
+  return rows;
+}
+
 std::optional<pressure_advance::FlowPoint> PointOf(const Row& row) {
   const Measured& answer = row.run.analysis.pressure_advance;
   if (!answer.good() || !row.pattern->acceleration_mm_s2) return std::nullopt;
@@ -184,7 +192,11 @@ Result<int> RunPhotoBatch(const std::vector<std::string>& photos, const std::str
                     print.patterns.size(), photos.size()));
   }
   const SlowWork work("analysing " + photos.front());
-  const std::vector<Row> rows = TRY(MeasureAll(photos, print));
+  Result<std::vector<Row>> measured = MeasureAll(photos, print);
+  if (!measured && json && measured.error().kind == ErrorKind::kMeasurement) {
+    measured = RefuseAll(print, measured.error().message);
+  }
+  const std::vector<Row> rows = TRY(std::move(measured));
   std::vector<pressure_advance::FlowPoint> points;
   for (const Row& row : rows) {
     if (const auto point = PointOf(row)) points.push_back(*point);
