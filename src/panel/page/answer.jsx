@@ -1,0 +1,105 @@
+import { Bar } from "./bar.jsx";
+import { Copy } from "./copy.jsx";
+import { ChooseButton } from "./photo.jsx";
+import { photo, setting, use } from "./photo.js";
+import { canStart, embedded, printerName, ready } from "./state.js";
+import { texts } from "./texts.js";
+import { Verdict } from "./verdict.jsx";
+import { Words } from "./words.jsx";
+
+const pictureOf = (result, name) =>
+  result.pictures.includes(name) ? `runs/${encodeURIComponent(result.run)}/${name}` : null;
+
+/** A measured photo: its answer, or the reason for none. */
+export function Answer() {
+  if (photo.value?.step !== "done") return null;
+  const { result } = photo.value;
+  return result.verdict === "good" ? <Good result={result} /> : <Refusal result={result} />;
+}
+
+function Good({ result }) {
+  const graph = pictureOf(result, "answer.png");
+  const read = pictureOf(result, "photo.png");
+  return (
+    <section class="card" id="answer">
+      <h2>
+        {texts.answer} <Verdict verdict="good" />
+      </h2>
+      <Words words={result.words} />
+      <Bar value={result.value_s} interval={result.interval95_s} />
+      <Use />
+      {result.notices.map((notice) => (
+        <p key={notice} class="notice">
+          {notice}
+        </p>
+      ))}
+      {!embedded && (
+        <>
+          <Copy lines={result.lines} />
+          {graph && <img src={graph} alt={texts.pictureOfAnswer} />}
+          {read && (
+            <details>
+              <summary>{texts.showPhoto}</summary>
+              <img src={read} alt={texts.pictureOfPhoto} loading="lazy" />
+            </details>
+          )}
+          <Report result={result} />
+        </>
+      )}
+      <ChooseButton words={texts.photographAnother} plain />
+    </section>
+  );
+}
+
+function Use() {
+  const name = printerName.value;
+  const set = setting.value;
+  if (set?.complete && set.end === "done") {
+    return (
+      <p id="used" class="good">
+        <span aria-hidden="true">✓ </span>
+        {texts.used(name)}
+      </p>
+    );
+  }
+  return (
+    <>
+      <p class="buttons">
+        <button id="use" class="primary" disabled={!canStart.value} onClick={use}>
+          {set && !set.complete ? texts.using : texts.useOn(name)}
+        </button>
+      </p>
+      {!ready.value && <p class="quiet">{texts.needReady(name)}</p>}
+      {set?.complete && <p class="warning">{set.message}</p>}
+    </>
+  );
+}
+
+function Refusal({ result }) {
+  const read = pictureOf(result, "photo.png") ?? pictureOf(result, result.pictures[0]);
+  return (
+    <section class="card" id="refusal">
+      <Verdict verdict={result.verdict} />
+      <h2>{result.words}</h2>
+      <ChooseButton words={texts.photographAnother} />
+      {read && !embedded && <img src={read} alt={texts.pictureOfPhoto} />}
+      {result.notices.map((notice) => (
+        <p key={notice} class="notice">
+          {notice}
+        </p>
+      ))}
+      {!embedded && <Report result={result} />}
+    </section>
+  );
+}
+
+function Report({ result }) {
+  if (!result.report) return null;
+  return (
+    <p>
+      <a href={`runs/${encodeURIComponent(result.run)}/${result.report}`} target="_blank" rel="noopener">
+        {texts.report}
+      </a>
+    </p>
+  );
+}

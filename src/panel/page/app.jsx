@@ -1,0 +1,60 @@
+import { Answer } from "./answer.jsx";
+import { History } from "./history.jsx";
+import { Jobs } from "./jobs.jsx";
+import { Now } from "./now.jsx";
+import { Photo } from "./photo.jsx";
+import { choosePrinter, embedded, link, printer, printers, said, status } from "./state.js";
+import { texts } from "./texts.js";
+import { Tries } from "./tries.jsx";
+import { Waiting } from "./waiting.jsx";
+
+export function App() {
+  return (
+    <main>
+      <Printers />
+      <Now />
+      <div class="first">
+        <Waiting />
+        <Photo />
+        <Answer />
+        {embedded && <a class="whole" href="./" target="_blank">{texts.openPanel}</a>}
+      </div>
+      {!embedded && (
+        <div class="more">
+          <Tries />
+          <Jobs />
+          <History />
+          {status.value && <p class="small">{texts.version(status.value.version)}</p>}
+        </div>
+      )}
+      <StatusLine />
+    </main>
+  );
+}
+
+function Printers() {
+  if (printers.value.length < 2) return null;
+  return (
+    <label class="printers">
+      {texts.printer}
+      <select id="printer" value={printer.value} onChange={(event) => choosePrinter(Number(event.target.value))}>
+        {printers.value.map((one) => (
+          <option key={one.printer} value={one.printer}>
+            {one.name}
+          </option>
+        ))}
+      </select>
+    </label>
+  );
+}
+
+function StatusLine() {
+  const { words, bad } = said.value;
+  const lost = link.value === "lost";
+  const shown = lost ? texts.lost : link.value === "connecting" ? texts.connecting : words;
+  return (
+    <p id="status" role="status" aria-live="polite" class={lost ? "lost" : bad ? "bad" : ""}>
+      {shown}
+    </p>
+  );
+}

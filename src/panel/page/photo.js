@@ -1,0 +1,90 @@
+// A photo's way: chosen, sent, measured, answered. The answers of this visit are kept to be compared.
+import { computed, signal } from "@preact/signals";
+import { callBack } from "./alert.js";
+import { LinkLost } from "./connection.js";
+import { act, ask, link, run, say } from "./state.js";
+import { remember, remembered } from "./stored.js";
+import { texts } from "./texts.js";
+import { photoType, send } from "./upload.js";
+
+const MEASURE_PATIENCE_MS = 120000; // a small computer beside the printer needs 10 s
+
+export const choosing = signal(false);
+export const choice = signal({ pattern: remembered("pattern", "trammel"), gcode: null, filament: "" });
+/** The photo on the screen: {step: sending|measuring|failed|done, file, sent, total, error, at, result, used}. */
+export const photo = signal(null);
+export const tries = signal([]);
+
+/** The run that sets the photo's value on the printer, if it was asked for. */
+export const setting = computed(() => (photo.value?.used && photo.value.used === run.value?.run ? run.value : null));
+
+let sending;
+
+export function change(part) {
+  choice.value = { ...choice.value, ...part };
+  if (part.pattern) remember("pattern", part.pattern);
+}
+
+export function forget() {
+  sending?.abort();
+  photo.value = null;
+}
+
+/** Sends and measures a file. Every outcome is shown in `photo`. */
+export async function measurePhoto(file) {
+  sending?.abort();
+  const mine = (sending = new AbortController());
+  const { pattern, gcode, filament } = choice.value;
+  const show = (part) => !mine.signal.aborted && (photo.value = { ...photo.value, ...part });
+  const total = file.size + (gcode?.size ?? 0);
+  photo.value = { step: "sending", file, sent: 0, total };
+  try {
+    const { run } = await send("photos", file, photoType(file), {
+      progressed: (bytes) => show({ sent: bytes }),
+      signal: mine.signal,
+    });
+    if (gcode) {
+      await send(`gcodes?run=${encodeURIComponent(run)}`, gcode, "application/octet-stream", {
+        progressed: (bytes) => show({ sent: file.size + bytes }),
+        signal: mine.signal,
+      });
+    }
+    show({ step: "measuring", sent: total });
+    // The file that was printed names its own pattern.
+    const result = await measure({ run, ...(gcode ? {} : { pattern }), ...(filament ? { filament } : {}) });
+    if (mine.signal.aborted) return;
+    const done = { step: "done", at: new Date(), result, used: null };
+    photo.value = done;
+    tries.value = [done, ...tries.value];
+    say(result.verdict === "good" ? texts.measured(result.words) : texts.notMeasured(result.words));
+    callBack();
+  } catch (error) {
+    if (mine.signal.aborted) return;
+    show({ step: "failed", error: error.message });
+    say(error.message, true);
+  }
+}
+
+// The photo waits at the service: after a lost link it is measured again, not sent again.
+async function measure(params) {
+  for (;;) {
+    try {
+      return await ask("measure", params, MEASURE_PATIENCE_MS);
+    } catch (error) {
+      if (!(error instanceof LinkLost)) throw error;
+      await linkUp();
+    }
+  }
+}
+
+function linkUp() {
+  return new Promise((resolve) => {
+    const stop = link.subscribe((now) => now === "up" && setTimeout(() => (stop(), resolve())));
+  });
+}
+
+export async function use() {
+  const mine = photo.value;
+  const answer = await act("use", { run: mine.result.run }, texts.asked);
+  if (answer && photo.value === mine) photo.value = { ...mine, used: answer.run };
+}

@@ -1,0 +1,156 @@
+// The state of the page: what the service reported last, and the requests to it.
+import { computed, signal } from "@preact/signals";
+import { callBack } from "./alert.js";
+import { connect, LinkLost } from "./connection.js";
+import { remember, remembered } from "./stored.js";
+import { texts } from "./texts.js";
+
+const STATUS_EVERY_MS = 10000; // the longest time that a changed blocker stays unseen
+const STATUS_PATIENCE_MS = 8000;
+const HISTORY_LENGTH = 20;
+
+const query = new URLSearchParams(location.search);
+export const embedded = query.get("embed") === "1";
+export const theme = query.get("theme");
+
+export const link = signal("connecting"); // connecting, up, lost
+export const printers = signal([]);
+export const printer = signal(0);
+export const status = signal(null);
+export const results = signal([]);
+export const said = signal({ words: "", bad: false });
+export const pending = signal(false); // a request of the owner has no answer yet
+
+export const printerName = computed(
+  () => printers.value.find((one) => one.printer === printer.value)?.name ?? status.value?.printer.address ?? "",
+);
+export const run = computed(() => status.value?.run ?? null);
+export const busy = computed(() => Boolean(run.value && !run.value.complete));
+export const ready = computed(() => status.value?.printer.readiness === "ready");
+export const canAsk = computed(() => link.value === "up" && !pending.value);
+export const canStart = computed(() => canAsk.value && ready.value && !busy.value);
+
+export function say(words, bad = false) {
+  said.value = { words, bad };
+}
+
+export function blockerOf(job) {
+  const found = status.value?.jobs.find((one) => one.job === job);
+  return found ? found.blocker : texts.notKnown;
+}
+
+/** Promises the result of a method for the chosen printer. */
+export function ask(method, params = {}, patienceMs) {
+  return connection.call(method, { printer: printer.value, ...params }, patienceMs);
+}
+
+/** Asks on the owner's behalf. Reports an error in the status line and returns undefined then. */
+export async function act(method, params, success = "") {
+  pending.value = true;
+  try {
+    const result = await ask(method, params);
+    if (success) say(success);
+    refresh();
+    return result;
+  } catch (error) {
+    reportError(error);
+  } finally {
+    pending.value = false;
+  }
+}
+
+export function reportError(error) {
+  if (!(error instanceof LinkLost)) say(error.message, true);
+}
+
+export function choosePrinter(number) {
+  printer.value = number;
+  remember("printer", printerName.value);
+  status.value = null;
+  results.value = [];
+  refresh();
+  readHistory();
+}
+
+let asked = 0;
+async function refresh() {
+  const mine = ++asked;
+  try {
+    const answer = await ask("status", {}, STATUS_PATIENCE_MS);
+    if (mine === asked) take(answer);
+  } catch (error) {
+    reportError(error);
+  }
+}
+
+/** Takes a status. Calls the owner back when a run ended, or an answer began to wait, since the last one. */
+function take(next) {
+  const before = status.value;
+  status.value = next;
+  if (!before) return;
+  const ended = before.run && !before.run.complete && (next.run?.run !== before.run.run || next.run.complete);
+  const waits = next.proposal && next.proposal.run !== before.proposal?.run;
+  if (!ended && !waits) return;
+  callBack();
+  if (ended) readHistory();
+  if (waits) say(`${texts.waits}: ${next.proposal.answer}`);
+  else if (next.run) say(endOf(next.run), next.run.end !== "done");
+}
+
+export function endOf(one) {
+  return [texts.lastRun(texts.job(one.job), texts.end(one.end)), one.message].filter(Boolean).join(". ");
+}
+
+async function readHistory() {
+  if (embedded) return;
+  const of = printer.value;
+  try {
+    const answer = await ask("history", { last: HISTORY_LENGTH });
+    if (of === printer.value) results.value = answer.results;
+  } catch (error) {
+    reportError(error);
+  }
+}
+
+async function opened() {
+  try {
+    printers.value = (await connection.call("printers")).printers;
+  } catch (error) {
+    return reportError(error);
+  }
+  const wanted = remembered("printer");
+  const found = status.value === null && printers.value.find((one) => one.name === wanted);
+  if (found) printer.value = found.printer;
+  const again = link.value === "lost";
+  link.value = "up";
+  say(again ? texts.back : "");
+  refresh();
+  readHistory();
+}
+
+function lost() {
+  link.value = "lost";
+}
+
+function notified(method, params) {
+  if (params.printer !== printer.value) return;
+  if (method === "run" && status.value) {
+    asked++; // an older answer may not undo this
+    take({ ...status.value, run: params.run });
+    if (params.run.complete) refresh();
+  }
+  if (method === "changed") refresh();
+}
+
+let connection;
+
+export function start() {
+  connection = connect("ws", { opened, lost, notified });
+  const look = () => {
+    connection.retryNow();
+    if (link.value === "up") refresh();
+  };
+  setInterval(() => document.hidden || look(), STATUS_EVERY_MS);
+  addEventListener("online", look);
+  document.addEventListener("visibilitychange", () => document.hidden || look());
+}

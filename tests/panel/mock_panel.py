@@ -1,0 +1,230 @@
+#!/usr/bin/env python3
+"""A stand-in for the panel's server: the page's files, its protocol, and the faults of broken and slow servers.
+
+    mock_panel.py FOLDER PORT     FOLDER has index.html, panel.js and panel.css
+
+A photo is good if it holds the bytes "good". POST mock {"fault": NAME, "value": …} sets a fault: slow (seconds before each
+answer), deaf (no answers), garbage (broken frames before each answer), error (each method fails with this text), upload
+(an HTTP status), run (a run to show), status (keys that replace those of the status).
+"""
+import base64
+import hashlib
+import http.server
+import json
+import pathlib
+import struct
+import sys
+import threading
+import time
+
+IMAGES = pathlib.Path(__file__).resolve().parents[2] / "docs/images"
+TYPES = {".html": "text/html", ".js": "text/javascript", ".css": "text/css", ".png": "image/png"}
+CSP = ("default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data: blob:; connect-src 'self'")
+PHASES = [("checking", 0.0), ("homing", 0.05), ("heating", 0.2), ("printing", 0.4), ("printing", 0.7), ("restoring", 0.95)]
+STEP_S = 0.7
+GOOD_WORDS = "0.0365 s (95 %: 0.0331 to 0.0400 s)"
+REFUSED = "The picture shows 18 of 21 lines. Take it again with all lines and the filled corner in it."
+LINES = [("Klipper", "SET_PRESSURE_ADVANCE ADVANCE=0.0365", "pressure_advance under [extruder] in printer.cfg"),
+         ("OrcaSlicer", "0.0365", "Pressure advance of the filament"), ("Marlin", "M900 K0.0365", "M500"),
+         ("RepRapFirmware", "M572 D0 S0.0365", "config.g"),
+         ("Bambu", "M900 K0.0365 L1000 M10", "the end of the filament's start G-code")]
+
+
+class Panel:
+    """The printers, and whoever watches them."""
+
+    def __init__(self):
+        self.lock, self.watchers, self.faults, self.photos = threading.RLock(), [], {}, {}
+        self.seq = self.number = 0
+        self.printers = [{"in_force": force, "run": None, "proposal": None, "stop": False}
+                         for force in ("0.0450 s", "0.0200 s")]
+        self.names = ["voron.local", "ender"]
+        self.results = [result("0.0412", "good"), result("0.0450", "good", applied=True), result("", "refused")]
+
+    def notify(self, method, printer, **params):
+        with self.lock:
+            self.seq += 1
+            params |= {"seq": self.seq, "printer": printer}
+            for watcher in list(self.watchers):
+                watcher.send_json({"jsonrpc": "2.0", "method": method, "params": params})
+
+    def start(self, printer, job, arguments):
+        here = self.printers[printer]
+        if here["run"] and not here["run"]["complete"]:
+            raise ValueError("A job runs: wait for its end, or stop it.")
+        self.number += 1
+        here["stop"] = False
+        here["run"] = {"run": f"{job}-{self.number}", "job": job, "arguments": arguments, "folder": "/x", "started": "", "ended": None,
+                       "phase": "starting", "progress": None, "remaining_s": None, "message": "", "complete": False, "end": None,
+                       "verdict": None}
+        threading.Thread(target=self.work, args=(printer, here["run"]), daemon=True).start()
+        return {"run": here["run"]["run"]}
+
+    def work(self, printer, run):
+        here = self.printers[printer]
+        steps = PHASES[:1] if run["job"] == "apply" else PHASES
+        for index, (phase, progress) in enumerate(steps):
+            run |= {"phase": phase, "progress": progress, "remaining_s": 20.0 * (len(steps) - index), "message": f"step {index + 1}"}
+            self.notify("run", printer, run=dict(run))
+            time.sleep(STEP_S)
+            if here["stop"]:
+                break
+        if run["job"] == "apply" and here["proposal"]:
+            here["in_force"] = here["proposal"]["answer"].split(" = ")[1].split(" (")[0]
+            here["proposal"] = None
+        if run["job"] == "pressure_advance" and not here["stop"]:
+            here["proposal"] = {"run": run["run"], "job": run["job"], "folder": "/x", "arguments": {},
+                                "answer": "pressure_advance = 0.0266 s (95 %: 0.0239 to 0.0293 s)"}
+        run |= {"phase": "ended", "complete": True, "end": "stopped" if here["stop"] else "done", "progress": None,
+                "remaining_s": None, "message": "everything is off"}
+        self.notify("run", printer, run=dict(run))
+        self.notify("changed", printer)
+
+    def answer(self, method, params):
+        if "error" in self.faults:
+            raise ValueError(self.faults["error"])
+        printer = params.get("printer", 0)
+        here = self.printers[printer]
+        if method == "printers":
+            return {"printers": [{"printer": i, "name": name} for i, name in enumerate(self.names)]}
+        if method == "status":
+            jobs = [{"job": job, "arguments": [], "blocker": "no laser is set up" if printer else None}
+                    for job in ("pressure_advance", "photo_pattern", "apply")]
+            run = self.faults.get("run", here["run"])
+            status = {"api_version": 1, "version": "1.0", "printer": {"address": self.names[printer], "readiness": "ready", "message": ""},
+                      "jobs": jobs, "busy": False, "run": run, "proposal": here["proposal"], "in_force": here["in_force"]}
+            return status | self.faults.get("status", {})
+        if method == "start":
+            return self.start(printer, params["job"], params["arguments"])
+        if method in ("stop", "emergency_stop"):
+            here["stop"] = True
+            return {"run": params.get("run")}
+        if method == "dismiss":
+            waited, here["proposal"] = here["proposal"], None
+            self.notify("changed", printer)
+            return {"dismissed": waited is not None}
+        if method == "history":
+            return {"results": self.results[: params["last"]]}
+        if method == "measure":
+            time.sleep(1)
+            good = b"good" in self.photos[params["run"]]
+            return {"run": params["run"], "verdict": "good" if good else "refused", "words": GOOD_WORDS if good else REFUSED,
+                    "value_s": 0.0365 if good else None, "interval95_s": [0.0331, 0.04] if good else None, "notices": [],
+                    "lines": [dict(zip(("firmware", "text", "keep"), line)) for line in LINES] if good else [],
+                    "pictures": ["answer.png", "photo.png"] if good else ["photo.png"], "report": "report.html" if good else None}
+        if method == "use":
+            here["proposal"] = {"run": params["run"], "job": "photo", "folder": "/x", "arguments": {},
+                                "answer": f"pressure_advance = {GOOD_WORDS}"}
+            return self.start(printer, "apply", {})
+        raise ValueError(f"there is no method {method}")
+
+
+def result(value, verdict, applied=False):
+    good = verdict == "good"
+    answer = {"name": "pressure_advance", "unit": "s", "verdict": verdict, "reason": "" if good else REFUSED,
+              "value": float(value) if good else None, "standard_uncertainty": 0.0014 if good else None,
+              "interval95": [float(value) - 0.0027, float(value) + 0.0027] if good else None}
+    return {"utc": "2026-11-29T18:03:00Z", "instrument": "pressure_advance", "verdict": verdict, "reason": answer["reason"],
+            "answers": [answer], "subject": {"filament": "Generic PLA", "nozzle": "0.4"}, "folder": f"/x/{value}{verdict}",
+            "applied": [{"utc": "2026-11-29T18:05:00Z"}] if applied else []}
+
+
+class Handler(http.server.BaseHTTPRequestHandler):
+    panel, folder = Panel(), pathlib.Path(".")
+    protocol_version = "HTTP/1.1"
+
+    def log_message(self, *_):
+        pass
+
+    def reply(self, status, body, media="application/json"):
+        body = body if isinstance(body, bytes) else json.dumps(body).encode()
+        self.send_response(status)
+        for name, value in (("Content-Type", media), ("Content-Length", len(body)), ("Content-Security-Policy", CSP)):
+            self.send_header(name, str(value))
+        self.end_headers()
+        self.wfile.write(body)
+
+    def do_GET(self):
+        path = self.path.partition("?")[0]
+        name = pathlib.PurePosixPath(path).name or "index.html"
+        if path == "/ws":
+            return self.serve_link()
+        if path.startswith("/runs/"):
+            if name == "report.html":
+                return self.reply(200, b"<h1>report</h1>", "text/html")
+            return self.reply(200, (IMAGES / {"answer.png": "response-real-photo.png"}.get(name, "photo.jpg")).read_bytes(), "image/png")
+        if (self.folder / name).is_file():
+            return self.reply(200, (self.folder / name).read_bytes(), TYPES[pathlib.Path(name).suffix])
+        return self.reply(404, {"error": "not here"})
+
+    def do_POST(self):
+        body = self.rfile.read(int(self.headers["Content-Length"]))
+        if self.path == "/mock":
+            fault = json.loads(body)
+            self.panel.faults = {fault["fault"]: fault.get("value")} if fault["fault"] else {}
+        elif "upload" in self.panel.faults:
+            return self.reply(self.panel.faults["upload"], b"no")
+        elif self.path == "/photos":
+            run = f"photo-{len(self.panel.photos) + 1}"
+            self.panel.photos[run] = body
+            return self.reply(200, {"run": run})
+        self.reply(200, {})
+
+    def serve_link(self):
+        key = self.headers["Sec-WebSocket-Key"] + "258EAFA5-E914-47DA-95CA-C5AB0DC85B11"
+        self.send_response(101)
+        accept = base64.b64encode(hashlib.sha1(key.encode()).digest()).decode()
+        for name, value in (("Upgrade", "websocket"), ("Connection", "Upgrade"), ("Sec-WebSocket-Accept", accept)):
+            self.send_header(name, value)
+        self.end_headers()
+        self.panel.watchers.append(self)
+        try:
+            while (text := self.read_frame()) is not None:
+                threading.Thread(target=self.serve_call, args=(json.loads(text),), daemon=True).start()
+        except (OSError, struct.error):
+            pass
+        self.panel.watchers.remove(self)
+        self.close_connection = True
+
+    def serve_call(self, call):
+        faults, answer = self.panel.faults, {"jsonrpc": "2.0", "id": call["id"]}
+        if "deaf" in faults:
+            return
+        time.sleep(faults.get("slow", 0))
+        if "garbage" in faults:
+            for broken in ("{", "null", "[]", '"text"', '{"id": 99999}', '{"method": "run"}', '{"method": "run", "params": {"printer": 0}}'):
+                self.send_text(broken)
+        try:
+            answer["result"] = self.panel.answer(call["method"], call["params"])
+        except (ValueError, KeyError) as error:
+            answer["error"] = {"code": -32003, "message": str(error)}
+        self.send_json(answer)
+
+    def read_frame(self):
+        head, length = struct.unpack("!BB", self.rfile.read(2))
+        length &= 127
+        if length > 125:
+            length, = struct.unpack("!H" if length == 126 else "!Q", self.rfile.read(2 if length == 126 else 8))
+        mask, data = self.rfile.read(4), self.rfile.read(length)
+        return None if head & 15 == 8 else bytes(byte ^ mask[i % 4] for i, byte in enumerate(data))
+
+    def send_json(self, message):
+        self.send_text(json.dumps(message))
+
+    def send_text(self, text):
+        data = text.encode()
+        head = struct.pack("!BB", 0x81, len(data)) if len(data) < 126 else struct.pack("!BBH", 0x81, 126, len(data))
+        try:
+            with self.panel.lock:
+                self.wfile.write(head + data)
+        except (OSError, ValueError):
+            pass  # the page left
+
+
+def main():
+    Handler.folder = pathlib.Path(sys.argv[1])
+    http.server.ThreadingHTTPServer(("127.0.0.1", int(sys.argv[2])), Handler).serve_forever()
+
+
+if __name__ == "__main__":
+    main()
