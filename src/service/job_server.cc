@@ -20,6 +20,7 @@ namespace trammel::service {
 namespace {
 
 namespace fs = std::filesystem;
+using nlohmann::json;
 
 // Converts a line of an answer's table to a sentence: "pressure advance 0.0300 -> 0.0290 s".
 std::string WithoutColumns(const std::string& line) {
@@ -381,6 +382,7 @@ Result<std::string> JobServer::NoteNewNozzle() {
 }
 
 void JobServer::Keep() const {
+  if (on_event_) on_event_("changed", json::object());
   if (auto kept = WriteKeptState(state_path_, {run_, proposal_}); !kept) {
     options_.log("trammel: not kept over a restart of the service: " + kept.error().message);
     // The old file is outdated: an answer that was applied or dropped since, or of the old nozzle.
@@ -411,6 +413,12 @@ void JobServer::ShowPicture(const RunRecord& run) {
 void JobServer::SendRunEvent(const RunRecord& run) {
   const std::lock_guard lock(mutex_);
   if (printer_ != nullptr) printer_->SendEvent("run", JsonOf(run));
+  if (on_event_) on_event_("run", JsonOf(run));
+}
+
+void JobServer::OnEvent(EventCallback callback) {
+  const std::lock_guard lock(mutex_);
+  on_event_ = std::move(callback);
 }
 
 }  // namespace trammel::service

@@ -10,6 +10,7 @@
 #include <mutex>
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <shared_mutex>
 #include <stop_token>
 #include <string>
 #include <thread>
@@ -69,6 +70,18 @@ class JobServer {
   /// Errors: kMachine, kInterrupted if the macros' methods cannot be registered.
   /// @returns true if a run was in progress.
   [[nodiscard]] Result<bool> Serve(machine::Printer& printer, const std::stop_token& stop);
+
+  /// Sets a good result that this service did not measure by a job of its own: it takes the place
+  /// of the answer that waits, and a run `apply` begins. Answers as `start` does.
+  [[nodiscard]] machine::RpcAnswer Use(Proposal proposal);
+
+  /// Stops motion and heaters at once, past everything that runs.
+  [[nodiscard]] machine::RpcAnswer EmergencyStop();
+
+  /// Receives "run", with the run, at each of its changes, and "changed" when the answer that waits
+  /// may be another. Called from any thread, under a lock: it must not call the server.
+  using EventCallback = std::function<void(const std::string& event, nlohmann::json data)>;
+  void OnEvent(EventCallback callback);
 
   [[nodiscard]] const JobServerOptions& options() const { return options_; }
 
@@ -170,7 +183,9 @@ class JobServer {
   const std::filesystem::path state_path_;
   const std::filesystem::path lock_path_;
 
-  mutable std::mutex mutex_;  // guards the members below, but screen_
+  std::shared_mutex using_printer_;  // held while a thread besides Serve's calls the printer
+  mutable std::mutex mutex_;         // guards the members below, but screen_
+  EventCallback on_event_;
   std::condition_variable_any called_;
   std::deque<Call> calls_;
   std::deque<Announcement> words_;

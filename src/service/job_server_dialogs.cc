@@ -100,6 +100,7 @@ Result<bool> JobServer::Serve(machine::Printer& printer, const std::stop_token& 
   if (worker_.joinable()) worker_.join();
   ShowAll(/*ending=*/true);
   printer.OnRequest({});
+  const std::unique_lock unused(using_printer_);
   const std::lock_guard lock(mutex_);
   printer_ = nullptr;
   if (!registered) return tl::unexpected(registered.error());

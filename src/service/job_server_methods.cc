@@ -26,6 +26,12 @@ RpcAnswer Invalid(const std::string& message) {
   return RpcAnswer::Refused(kInvalidParameters, message);
 }
 
+RpcAnswer Begun(const Result<RunRecord>& run) {
+  if (run) return Ok({{"run", run->id}});
+  const bool busy = run.error().kind == ErrorKind::kMachine;
+  return RpcAnswer::Refused(busy ? kBusy : kRefused, run.error().message);
+}
+
 // Rejects parameters with a key unknown to the method.
 std::optional<RpcAnswer> CheckKeys(const json& params, std::initializer_list<const char*> known) {
   if (!params.is_object()) return Invalid("the arguments must be an object");
@@ -167,12 +173,15 @@ RpcAnswer JobServer::Status() const {
                     {"arguments", kind.arguments},
                     {"blocker", blocker.empty() ? json() : json(blocker)}});
   }
-  json run;
+  json run, in_force;
   bool busy = false;
   {
     const std::lock_guard lock(mutex_);
     if (run_) run = service::JsonOf(*run_);
     busy = process_ != nullptr;
+  }
+  for (const JobKind& kind : options_.jobs) {
+    if (const std::string now = InForce(kind); !now.empty()) in_force = now;
   }
   return Ok({{"api_version", kApiVersion},
              {"version", options_.version},
@@ -180,7 +189,8 @@ RpcAnswer JobServer::Status() const {
              {"jobs", std::move(jobs)},
              {"busy", busy},
              {"run", std::move(run)},
-             {"proposal", ProposalNow()}});
+             {"proposal", ProposalNow()},
+             {"in_force", std::move(in_force)}});
 }
 
 RpcAnswer JobServer::StartAsked(const json& params) {
@@ -205,12 +215,36 @@ RpcAnswer JobServer::StartAsked(const json& params) {
     if (!offer) return RpcAnswer::Refused(kRefused, offer.error().message);
     plan.arguments = Completed(std::move(plan.arguments), *offer);
   }
-  const auto run = Begin(std::move(plan));
-  if (!run) {
-    const bool busy = run.error().kind == ErrorKind::kMachine;
-    return RpcAnswer::Refused(busy ? kBusy : kRefused, run.error().message);
+  return Begun(Begin(std::move(plan)));
+}
+
+RpcAnswer JobServer::Use(Proposal proposal) {
+  const auto waiting = FindWaiting(proposal);
+  if (!waiting) return RpcAnswer::Refused(kNothing, "there is no good answer that could be used");
+  if (!waiting->answer.why_not_set.empty()) {
+    return RpcAnswer::Refused(kRefused, waiting->answer.why_not_set);
   }
-  return Ok({{"run", run->id}});
+  Plan plan{kApply, proposal.arguments, proposal.folder, waiting->kind, true};
+  {
+    const std::lock_guard lock(mutex_);
+    if (process_) return RpcAnswer::Refused(kBusy, fmt::format("at work on {}", run_->id));
+    proposal_ = std::move(proposal);
+    Keep();
+  }
+  return Begun(Begin(std::move(plan)));
+}
+
+RpcAnswer JobServer::EmergencyStop() {
+  constexpr double kPatience_s = 10;
+  const std::shared_lock use(using_printer_);
+  machine::Printer* printer = nullptr;
+  {
+    const std::lock_guard lock(mutex_);
+    printer = printer_;
+  }
+  if (printer == nullptr) return RpcAnswer::Refused(kRefused, "the printer is not connected");
+  const auto stopped = printer->EmergencyStop({kPatience_s});
+  return stopped ? Ok(json::object()) : RpcAnswer::Refused(kRefused, stopped.error().message);
 }
 
 RpcAnswer JobServer::StopAsked(const json& params) {

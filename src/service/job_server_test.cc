@@ -508,7 +508,9 @@ TEST_F(JobServerTest, ANewNozzleIsNotedAndDropsTheAnswerOfTheOldOne) {
 }
 
 TEST_F(JobServerTest, ABugInARunIsSaidAndEndsNeitherTheServerNorTheProcess) {
-  in_force_ = [] { throw Bug("one is not two"); };
+  in_force_ = [test = std::this_thread::get_id()] {
+    if (std::this_thread::get_id() != test) throw Bug("one is not two");
+  };
   Serve();
   (void)Start();
   WaitForEnd();
@@ -520,6 +522,40 @@ TEST_F(JobServerTest, ABugInARunIsSaidAndEndsNeitherTheServerNorTheProcess) {
   WaitForEnd();
   EXPECT_EQ(Status()["run"]["run"], again);
   EXPECT_EQ(Status()["run"]["end"], "done");
+}
+
+// As a photo that a browser uploaded.
+TEST_F(JobServerTest, UsesAGoodResultThatNoJobMeasured) {
+  std::vector<std::string> events;
+  job_server_->OnEvent([&events](const std::string& event, const json& data) {
+    events.push_back(event == "run" ? data["phase"].get<std::string>() : event);
+  });
+  const fs::path folder = folder_.path() / "recordings" / "photo-1";
+  fs::create_directories(folder);
+  const Proposal proposal{"photo-1", "measure", folder.string(), {{"filament", "key"}}};
+  EXPECT_EQ(job_server_->Use(proposal).code, kNothing) << "no result there";
+  fs::copy_file(folder_.path() / "result.json", folder / "result.json");
+  EXPECT_EQ(job_server_->Use(proposal).code, kBusy) << "not connected";
+  EXPECT_EQ(job_server_->Use({"photo-1", "other", folder.string(), {}}).code, kNothing);
+  Program("echo 'pressure advance  0.0450  ->  0.0172 s'\n");
+  Serve();
+  EXPECT_EQ(Status()["in_force"], "0.0450 s");
+  const auto used = job_server_->Use(proposal);
+  ASSERT_EQ(used.kind, machine::RpcAnswer::Kind::kResult) << used.message;
+  WaitForEnd();
+  EXPECT_EQ(Status()["run"]["job"], "apply");
+  EXPECT_EQ(Status()["run"]["end"], "done");
+  EXPECT_THAT(ProgramArguments(), Contains(folder.string()));
+  StopServing();
+  EXPECT_EQ(events.front(), "changed");
+  EXPECT_EQ(events.back(), "ended");
+}
+
+TEST_F(JobServerTest, AnEmergencyStopReachesAConnectedPrinter) {
+  EXPECT_EQ(job_server_->EmergencyStop().code, kRefused);
+  Serve();
+  EXPECT_EQ(job_server_->EmergencyStop().kind, machine::RpcAnswer::Kind::kResult);
+  EXPECT_TRUE(printer_.stopped);
 }
 
 TEST_F(JobServerTest, APrinterHasOneNameInTheHistoryWhateverItsAddress) {

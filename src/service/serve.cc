@@ -108,7 +108,8 @@ void Attend(const ServedPrinter& served, const Attendant& attendant, const std::
 
 }  // namespace
 
-Result<bool> Serve(const std::vector<ServedPrinter>& printers, const std::stop_token& stop) {
+Result<bool> Serve(const std::vector<ServedPrinter>& printers, const std::stop_token& stop,
+                   const Beside& beside) {
   std::stop_source all;  // one printer that can never be served ends the service, visibly
   const std::stop_callback asked(stop, [&all] { all.request_stop(); });
   std::vector<Served> ended(printers.size());
@@ -124,7 +125,12 @@ Result<bool> Serve(const std::vector<ServedPrinter>& printers, const std::stop_t
     servers.push_back(std::make_unique<JobServer>(std::move(options)));
   }
   {
+    std::vector<JobServer*> all_servers;
+    for (const auto& server : servers) all_servers.push_back(server.get());
     std::vector<std::jthread> threads;
+    if (beside) {
+      threads.emplace_back([&] { (void)NoteBug([&] { beside(all_servers, all.get_token()); }); });
+    }
     for (std::size_t i = 0; i < printers.size(); ++i) {
       threads.emplace_back([&, i] {
         const auto bug =
