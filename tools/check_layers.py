@@ -19,6 +19,7 @@ COMMON = {
     "machine": {"base", "files", "geometry", "image"},
     "session": {"base", "files", "machine", "settings"},
     "service": {"base", "files", "machine", "measurement", "session", "settings"},
+    "panel": {"base", "files", "gcode", "machine", "measurement", "service"},
     "sim": {"base", "files", "geometry", "image"},
 }
 PURE = {"base", "geometry", "signal", "vision", "gcode", "settings"}
@@ -110,7 +111,9 @@ INNER = {
 }
 # app: what all commands share; trammel.toml is put together from the tables of the instruments, and
 # main is a table.
-APP_SHARED = {"base", "document", "files", "machine", "measurement", "service", "session", "settings"}
+APP_SHARED = {
+    "base", "document", "files", "machine", "measurement", "panel", "service", "session", "settings",
+}
 APP_CONFIG = {"base", "files", "settings", "pressure_advance/pattern", "tool_offset/sheet"}
 # trammel-sim's commands stand on what all commands share, and print codes of the real book.
 SIM_COMMANDS = {"app", "base", "files", "image", "sim", "part_alignment/targets"}

@@ -4,6 +4,7 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <charconv>
 #include <cstdio>
 #include <filesystem>
 #include <memory>
@@ -17,6 +18,7 @@
 #include "app/provenance.h"
 #include "base/bounded_json.h"
 #include "base/json_text.h"
+#include "panel/panel.h"
 #include "service/serve.h"
 #include "session/run_journal.h"
 
@@ -33,6 +35,8 @@ struct ServeArguments {
   std::string material;
   std::string out = "recordings";
   bool answer_taps = false;
+  std::string panel;                     // [ADDRESS:]PORT; empty: no panel
+  std::vector<std::string> panel_names;  // under which browsers may open it
   std::string ask;          // a method: asked of a service that runs, in place of serving
   std::string with = "{}";  // method's arguments
 };
@@ -106,6 +110,39 @@ Result<int> AskService(const ServeArguments& arguments, const service::PrinterPl
   return kExitGood;
 }
 
+// Parses "7130" or "0.0.0.0:7130" or "[::]:7130".
+Result<panel::HttpServerOptions> PlaceOfPanel(const ServeArguments& arguments) {
+  panel::HttpServerOptions options;
+  const std::string& text = arguments.panel;
+  const std::size_t colon = text.rfind(':');
+  if (colon != std::string::npos) options.address = text.substr(0, colon);
+  if (options.address.starts_with('[') && options.address.ends_with(']')) {
+    options.address = options.address.substr(1, options.address.size() - 2);
+  }
+  const char* const begin = text.data() + (colon == std::string::npos ? 0 : colon + 1);
+  const auto [end, error] = std::from_chars(begin, text.data() + text.size(), options.port);
+  if (error != std::errc() || end != text.data() + text.size()) {
+    return Fail(
+        fmt::format("--panel {}: give a port, or an address and a port, such as 7130 or "
+                    "0.0.0.0:7130",
+                    text));
+  }
+  options.guard.names = arguments.panel_names;
+  return options;
+}
+
+Result<std::unique_ptr<panel::Panel>> OpenPanel(const ServeArguments& arguments,
+                                                const service::JobServerOptions& server) {
+  if (arguments.panel.empty()) return std::unique_ptr<panel::Panel>();
+  const auto place = TRY(PlaceOfPanel(arguments));
+  auto opened = TRY(
+      panel::Panel::Open({place, {server.program, server.recordings, server.utc_now, server.log}}));
+  const bool six = place.address.find(':') != std::string::npos;
+  server.log(fmt::format("panel at http://{}{}{}:{}/", six ? "[" : "", place.address,
+                         six ? "]" : "", opened->port()));
+  return opened;
+}
+
 Result<int> RunServe(const ServeArguments& arguments, const service::Offerings& offered) {
   const Interrupt interrupt;
   const auto places = TRY(PlacesOf(arguments));
@@ -115,7 +152,10 @@ Result<int> RunServe(const ServeArguments& arguments, const service::Offerings& 
     auto served = TRY(ServedAt(place, arguments, offered));
     printers.push_back(std::move(served));
   }
-  const auto was_working = TRY(service::Serve(printers, interrupt.token()));
+  const auto panel = TRY(OpenPanel(arguments, printers.front().server));
+  service::Beside beside;
+  if (panel) beside = [&panel](auto servers, const auto& stop) { panel->Run(servers, stop); };
+  const auto was_working = TRY(service::Serve(printers, interrupt.token(), beside));
   return was_working ? kExitInterrupted : kExitGood;
 }
 
@@ -147,6 +187,12 @@ void AddServeOptions(CLI::App& command, int& exit_code, Offers offers) {
       ->capture_default_str();
   command.add_flag("--answer-taps", arguments->answer_taps,
                    "run trammel tap watch --answer beside it, for TRAMMEL_TAP: a process more");
+  command.add_option("--panel", arguments->panel,
+                     "a page for browsers at this PORT of this computer; 0.0.0.0:PORT also for "
+                     "others of its network");
+  command.add_option("--panel-name", arguments->panel_names,
+                     "a name, besides this computer's own, under which browsers open the page; may "
+                     "be repeated");
   command.add_option("--ask", arguments->ask,
                      "ask the service of the printer: status, start, stop, result, history or "
                      "dismiss; prints its answer as JSON");

@@ -1,0 +1,61 @@
+// The panel: pages and methods of `trammel serve` in a browser.
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <stop_token>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "base/result.h"
+#include "panel/http_server.h"
+#include "panel/photo_runs.h"
+#include "service/job_server.h"
+
+namespace trammel::panel {
+
+struct PanelOptions {
+  HttpServerOptions http;
+  PhotoRunsOptions photos;
+};
+
+/// Answers browsers: the page, its WebSocket with the service's methods and those of photos, and
+/// the pictures and reports of runs.
+class Panel {
+ public:
+  /// Opens the port. Errors: HttpServer::Listen's.
+  [[nodiscard]] static Result<std::unique_ptr<Panel>> Open(PanelOptions options);
+  Panel(const Panel&) = delete;
+  Panel& operator=(const Panel&) = delete;
+  ~Panel() = default;
+
+  [[nodiscard]] std::uint16_t port() const { return server_->port(); }
+
+  /// Serves the printers' pages until stopped.
+  void Run(std::span<service::JobServer* const> printers, const std::stop_token& stop);
+
+ private:
+  explicit Panel(PhotoRunsOptions photos)
+      : recordings_(photos.recordings), photos_(std::move(photos)) {}
+
+  [[nodiscard]] HttpAnswer Answer(const HttpRequest& request);
+  [[nodiscard]] HttpAnswer AnswerPost(const HttpRequest& request);
+  [[nodiscard]] std::string AnswerMessage(std::string_view text);
+  [[nodiscard]] machine::RpcAnswer Call(const std::string& method, nlohmann::json params);
+  [[nodiscard]] machine::RpcAnswer CallOfPhoto(const std::string& method,
+                                               const nlohmann::json& params,
+                                               service::JobServer& printer);
+  void Send(int printer, const std::string& event, nlohmann::json data);
+
+  const std::filesystem::path recordings_;
+  PhotoRuns photos_;
+  std::unique_ptr<HttpServer> server_;
+  std::vector<service::JobServer*> printers_;  // written before Run serves
+  std::stop_token stop_;
+  std::atomic<std::uint64_t> events_ = 0;
+};
+
+}  // namespace trammel::panel

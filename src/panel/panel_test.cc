@@ -1,0 +1,193 @@
+#include "panel/panel.h"
+
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <thread>
+
+#include "measurement/outcome_file.h"
+#include "panel/http_test_client.h"
+#include "panel/page_files.h"
+#include "service/job_record.h"
+#include "support/temporary_folder.h"
+
+namespace trammel::panel {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+using ::testing::AllOf;
+using ::testing::Contains;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+using ::testing::StartsWith;
+
+constexpr const char* kUtc = "2026-01-02T03:04:05Z";
+constexpr const char* kRun = "photo-20260102T030405Z";
+
+// A panel of one printer that is not connected, and a stand-in of trammel that writes its words
+// and a result.
+class PanelTest : public ::testing::Test {
+ protected:
+  PanelTest() {
+    Program(
+        "cp \"$here/result.json\" \"$result\"\nmkdir \"$figures\"\n"
+        "printf picture > \"$figures/answer.png\"\n");
+    Result(Measured::Good({0.0172, 0.0004, {0.0164, 0.018}}));
+    fs::create_directories(recordings_);
+    service::JobServerOptions options;
+    options.address = "voron";
+    options.recordings = recordings_;
+    options.state_folder = folder_.path();
+    options.utc_now = [] { return std::string(kUtc); };
+    options.log = [](const std::string&) {};
+    server_ = std::make_unique<service::JobServer>(options);
+    auto panel = Panel::Open(
+        {{}, {(folder_.path() / "program").string(), recordings_, options.utc_now, options.log}});
+    EXPECT_TRUE(panel) << panel.error().message;
+    panel_ = std::move(*panel);
+    thread_ = std::jthread([this](const std::stop_token& stop) {
+      service::JobServer* const servers[] = {server_.get()};
+      panel_->Run(servers, stop);
+    });
+  }
+
+  void Program(const std::string& script) {
+    const fs::path program = folder_.path() / "program";
+    test::WriteWhole(program, "#!/bin/sh\nhere='" + folder_.path().string() +
+                                  "'\nfor word in \"$@\"; do echo \"$word\" >> \"$here/words\"\n"
+                                  "case \"$word\" in --result=*) result=\"${word#--result=}\";; "
+                                  "--figures=*) figures=\"${word#--figures=}\";; esac; done\n" +
+                                  script);
+    fs::permissions(program, fs::perms::owner_all);
+  }
+
+  void Result(const Measured& measured) {
+    measurement::Outcome outcome;
+    outcome.provenance = {
+        measurement::Instrument::kPressureAdvance, "trammel 9.8.7", kUtc, {"photo.jpg"}};
+    outcome.answers = {{"pressure_advance", "s", measured}};
+    test::WriteWhole(folder_.path() / "result.json", files::ToJson(outcome));
+  }
+
+  std::string Get(const std::string& path) {
+    return Connection(panel_->port())
+        .Send(fmt::format("GET {} HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n\r\n", path))
+        .ReadAll();
+  }
+
+  std::string Post(const std::string& path, const std::string& type, const std::string& body) {
+    return Connection(panel_->port())
+        .Send(fmt::format("POST {} HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n"
+                          "Content-Type: {}\r\nContent-Length: {}\r\n\r\n{}",
+                          path, type, body.size(), body))
+        .ReadAll();
+  }
+
+  json Ask(const std::string& method, const json& params) {
+    return Say(json{{"id", 1}, {"method", method}, {"params", params}}.dump());
+  }
+
+  json Say(const std::string& text) {
+    if (!socket_) socket_ = Socket::Open(panel_->port());
+    socket_->Write(text);
+    for (;;) {
+      const json answer = json::parse(socket_->Read());
+      if (!answer.contains("method")) return answer;
+    }
+  }
+
+  test::TemporaryFolder folder_;
+  const fs::path recordings_ = folder_.path() / "recordings";
+  std::unique_ptr<service::JobServer> server_;
+  std::unique_ptr<Panel> panel_;
+  std::jthread thread_;
+  std::unique_ptr<Socket> socket_;
+};
+
+TEST_F(PanelTest, ServesItsPageAndNothingElseOfTheDisk) {
+  EXPECT_THAT(Get("/"), AllOf(StartsWith("HTTP/1.1 200"), HasSubstr("text/html"),
+                              HasSubstr("Content-Encoding: gzip")));
+  for (const PageFile& file : PageFiles()) {
+    EXPECT_THAT(Get(file.path), StartsWith("HTTP/1.1 200")) << file.path;
+  }
+  fs::create_directories(recordings_ / kRun);
+  test::WriteWhole(recordings_ / kRun / "secret.txt", "secret");
+  test::WriteWhole(recordings_ / kRun / "result.json", "{}");
+  fs::create_directory_symlink(folder_.path(), recordings_ / "link");
+  for (const std::string& path :
+       {"/runs/" + std::string(kRun) + "/secret.txt", "/runs/" + std::string(kRun) + "/",
+        "/runs/" + std::string(kRun), std::string("/runs/link/result.json"),
+        std::string("/runs//result.json"), std::string("/runs/./result.json"),
+        std::string("/panel.css/"), std::string("/etc/passwd"),
+        std::string("/runs/none/result.json")}) {
+    EXPECT_THAT(Get(path), StartsWith("HTTP/1.1 404")) << path;
+  }
+  EXPECT_THAT(Get("/runs/" + std::string(kRun) + "/result.json"), StartsWith("HTTP/1.1 200"));
+}
+
+TEST_F(PanelTest, MeasuresAnUploadedPhotoAndShowsItsPicture) {
+  EXPECT_THAT(Post("/photos", "image/jpeg", "bytes"), HasSubstr(kRun));
+  EXPECT_EQ(test::ReadWhole(recordings_ / kRun / "photo.jpg"), "bytes");
+  EXPECT_THAT(Post("/gcodes?run=" + std::string(kRun), "application/octet-stream", "G1"),
+              StartsWith("HTTP/1.1 200"));
+  const json answer = Ask("measure", {{"run", kRun}, {"pattern", "orca-line"}}).at("result");
+  EXPECT_EQ(answer["verdict"], "good");
+  EXPECT_EQ(answer["words"], "0.0172 s (95 %: 0.0164 to 0.0180 s)");
+  EXPECT_EQ(answer["value_s"], 0.0172);
+  EXPECT_THAT(answer["pictures"], ElementsAre("answer.png"));
+  EXPECT_THAT(answer["lines"].dump(), AllOf(HasSubstr("SET_PRESSURE_ADVANCE ADVANCE=0.0172"),
+                                            HasSubstr("M900 K0.0172"), HasSubstr("OrcaSlicer")));
+  EXPECT_THAT(test::ReadWhole(folder_.path() / "words"),
+              AllOf(HasSubstr("photo.jpg\n"), HasSubstr("--gcode="), HasSubstr("pattern.gcode")));
+  EXPECT_THAT(Get("/runs/" + std::string(kRun) + "/answer.png"),
+              AllOf(StartsWith("HTTP/1.1 200"), HasSubstr("image/png"), HasSubstr("picture")));
+  // A second photo within the second, and one measured again.
+  EXPECT_THAT(Post("/photos", "image/png", "other"), HasSubstr(std::string(kRun) + "-2"));
+  Result(Measured::Refused("too dark: more light"));
+  const json again = Ask("measure", {{"run", kRun}}).at("result");
+  EXPECT_EQ(again["verdict"], "refused");
+  EXPECT_EQ(again["words"], "too dark: more light");
+  EXPECT_THAT(again["lines"], IsEmpty());
+}
+
+TEST_F(PanelTest, SaysWhyAPhotoIsNotMeasured) {
+  EXPECT_THAT(Post("/photos", "application/octet-stream", "x"),
+              AllOf(StartsWith("HTTP/1.1 400"), HasSubstr("JPEG")));
+  EXPECT_THAT(Post("/photos", "image/jpeg", ""),
+              AllOf(StartsWith("HTTP/1.1 400"), HasSubstr("empty")));
+  EXPECT_THAT(Post("/gcodes?run=none", "application/octet-stream", "x"),
+              StartsWith("HTTP/1.1 400"));
+  EXPECT_THAT(Ask("measure", {{"run", "none"}}).at("error").at("message"), HasSubstr("no run"));
+  EXPECT_THAT(Ask("measure", {{"run", "../etc"}}).at("error").at("message"), HasSubstr("no run"));
+  (void)Post("/photos", "image/jpeg", "bytes");
+  Program("echo 'trammel: photo.jpg is no picture' >&2\nexit 1\n");
+  EXPECT_EQ(Ask("measure", {{"run", kRun}}).at("error").at("message"), "photo.jpg is no picture");
+  Program("kill -9 $$\n");
+  EXPECT_THAT(Ask("measure", {{"run", kRun}}).at("error").at("message"), HasSubstr("signal 9"));
+  EXPECT_THAT(Ask("use", {{"run", kRun}}).at("error").at("message"), HasSubstr("no good answer"));
+}
+
+TEST_F(PanelTest, AnswersTheServicesMethodsAndRefusesOtherMessages) {
+  EXPECT_EQ(Ask("printers", json::object()).at("result").at("printers")[0].at("name"), "voron");
+  EXPECT_EQ(Ask("status", {{"printer", 0}}).at("result").at("printer").at("readiness"),
+            "disconnected");
+  EXPECT_THAT(Ask("status", {{"printer", 1}}).at("error").at("message"), HasSubstr("below 1"));
+  EXPECT_THAT(Ask("status", {{"printer", -1}}).at("error").at("message"), HasSubstr("below 1"));
+  EXPECT_EQ(Ask("status", {{"sesame", 1}}).at("error").at("code"), service::kInvalidParameters);
+  EXPECT_THAT(Ask("emergency_stop", json::object()).at("error").at("message"),
+              HasSubstr("not connected"));
+  for (const char* text :
+       {"", "{", "[]", "7", "{\"id\": {}, \"method\": \"status\"}", "{\"id\": 1}",
+        "{\"id\": 1, \"method\": 7}", "{\"id\": 1, \"method\": \"status\", \"params\": []}"}) {
+    EXPECT_TRUE(Say(text).contains("error")) << text;
+  }
+  EXPECT_TRUE(Say(std::string(1000, '[')).contains("error"));
+}
+
+}  // namespace
+}  // namespace trammel::panel

@@ -1,0 +1,53 @@
+// Photos of patterns that browsers upload: a run's folder for each, measured by `trammel pa photo`.
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <mutex>
+#include <nlohmann/json.hpp>
+#include <stop_token>
+#include <string>
+#include <string_view>
+
+#include "base/result.h"
+
+namespace trammel::panel {
+
+/// Folder of the figures in a run's folder: a picture beside result.json would count as a photo.
+inline constexpr const char* kFigures = "figures";
+
+struct PhotoRunsOptions {
+  std::string program;               ///< path of trammel
+  std::filesystem::path recordings;  ///< each photo gets a folder of its own in here
+  std::function<std::string()> utc_now;
+  std::function<void(const std::string&)> log;
+};
+
+/// Thread-safe; one photo is measured at a time.
+class PhotoRuns {
+ public:
+  explicit PhotoRuns(PhotoRunsOptions options) : options_(std::move(options)) {}
+
+  /// Stores a photo, as it is. @param content_type  "image/jpeg" … @returns the run's name.
+  /// Errors: kInput: an unknown type, or not written; kMeasurement: enough runs for a day.
+  [[nodiscard]] Result<std::string> Add(std::string_view content_type, std::string_view bytes);
+
+  /// Stores the slicer's file of what a photo shows: G-code, or a 3MF that holds it.
+  [[nodiscard]] Result<void> AddGcode(const std::string& run, std::string_view bytes);
+
+  /// Measures a photo. @param pattern  as of `trammel pa photo --pattern`; empty: found
+  /// @returns the verdict, the answer in words and numbers, the lines that set it, and the names of
+  /// pictures (docs/howto/serve.md). Errors: no such run; the photo is no picture.
+  [[nodiscard]] Result<nlohmann::json> Measure(const std::string& run, const std::string& pattern,
+                                               const std::stop_token& stop);
+
+  /// Returns the folder of a run. Errors (kInput): a name that is none, or no such folder.
+  [[nodiscard]] Result<std::filesystem::path> FolderOf(const std::string& run) const;
+
+ private:
+  const PhotoRunsOptions options_;
+  std::mutex naming_;
+  std::mutex measuring_;
+};
+
+}  // namespace trammel::panel
