@@ -5,22 +5,24 @@
 
 A photo is good if it holds the bytes "good". POST mock {"fault": NAME, "value": …} sets a fault: slow (seconds before each
 answer), deaf (no answers), garbage (broken frames before each answer), error (each method fails with this text), upload
-(an HTTP status), run (a run to show), status (keys that replace those of the status).
+(an HTTP status), status (keys that replace those of the status).
 """
-import base64
-import hashlib
 import http.server
 import json
+import mimetypes
 import pathlib
-import struct
 import sys
 import threading
 import time
 
+import web_socket
+
 IMAGES = pathlib.Path(__file__).resolve().parents[2] / "docs/images"
-TYPES = {".html": "text/html", ".js": "text/javascript", ".css": "text/css", ".png": "image/png"}
-CSP = ("default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data: blob:; connect-src 'self'")
-PHASES = [("checking", 0.0), ("homing", 0.05), ("heating", 0.2), ("printing", 0.4), ("printing", 0.7), ("restoring", 0.95)]
+CSP = "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data: blob:; connect-src 'self'"
+NAMES = ["voron.local", "ender"]
+BROKEN = ["{", "null", "[]", '"text"', '{"id": 99999}', '{"method": "run"}', '{"method": "run", "params": {"printer": 0}}']
+PHASES = [("checking", 0.0), ("homing", 0.05), ("heating", 0.1), ("heating", 0.2), *(("printing", i / 10) for i in range(3, 9)),
+          ("restoring", 0.95)]
 STEP_S = 0.7
 GOOD_WORDS = "0.0365 s (95 %: 0.0331 to 0.0400 s)"
 REFUSED = "The picture shows 18 of 21 lines. Take it again with all lines and the filled corner in it."
@@ -36,17 +38,15 @@ class Panel:
     def __init__(self):
         self.lock, self.watchers, self.faults, self.photos = threading.RLock(), [], {}, {}
         self.seq = self.number = 0
-        self.printers = [{"in_force": force, "run": None, "proposal": None, "stop": False}
-                         for force in ("0.0450 s", "0.0200 s")]
-        self.names = ["voron.local", "ender"]
-        self.results = [result("0.0412", "good"), result("0.0450", "good", applied=True), result("", "refused")]
+        self.printers = [{"in_force": force, "run": None, "proposal": None} for force in ("0.0450 s", "0.0200 s")]
+        self.results = [result("0.0412"), result("0.0450", applied=True), result("")]
 
     def notify(self, method, printer, **params):
         with self.lock:
             self.seq += 1
             params |= {"seq": self.seq, "printer": printer}
             for watcher in list(self.watchers):
-                watcher.send_json({"jsonrpc": "2.0", "method": method, "params": params})
+                watcher.send(json.dumps({"jsonrpc": "2.0", "method": method, "params": params}))
 
     def start(self, printer, job, arguments):
         here = self.printers[printer]
@@ -54,9 +54,9 @@ class Panel:
             raise ValueError("A job runs: wait for its end, or stop it.")
         self.number += 1
         here["stop"] = False
-        here["run"] = {"run": f"{job}-{self.number}", "job": job, "arguments": arguments, "folder": "/x", "started": "", "ended": None,
-                       "phase": "starting", "progress": None, "remaining_s": None, "message": "", "complete": False, "end": None,
-                       "verdict": None}
+        nothing = dict.fromkeys(("ended", "progress", "remaining_s", "end", "verdict"))
+        here["run"] = nothing | {"run": f"{job}-{self.number}", "job": job, "arguments": arguments, "folder": "/x", "started": "",
+                                 "phase": "starting", "message": "", "complete": False}
         threading.Thread(target=self.work, args=(printer, here["run"]), daemon=True).start()
         return {"run": here["run"]["run"]}
 
@@ -83,16 +83,14 @@ class Panel:
     def answer(self, method, params):
         if "error" in self.faults:
             raise ValueError(self.faults["error"])
-        printer = params.get("printer", 0)
-        here = self.printers[printer]
+        here = self.printers[printer := params.get("printer", 0)]
         if method == "printers":
-            return {"printers": [{"printer": i, "name": name} for i, name in enumerate(self.names)]}
+            return {"printers": [{"printer": i, "name": name} for i, name in enumerate(NAMES)]}
         if method == "status":
             jobs = [{"job": job, "arguments": [], "blocker": "no laser is set up" if printer else None}
                     for job in ("pressure_advance", "photo_pattern", "apply")]
-            run = self.faults.get("run", here["run"])
-            status = {"api_version": 1, "version": "1.0", "printer": {"address": self.names[printer], "readiness": "ready", "message": ""},
-                      "jobs": jobs, "busy": False, "run": run, "proposal": here["proposal"], "in_force": here["in_force"]}
+            status = {"api_version": 1, "version": "1.0", "printer": {"address": NAMES[printer], "readiness": "ready", "message": ""},
+                      "jobs": jobs, "busy": False, "run": here["run"], "proposal": here["proposal"], "in_force": here["in_force"]}
             return status | self.faults.get("status", {})
         if method == "start":
             return self.start(printer, params["job"], params["arguments"])
@@ -108,6 +106,7 @@ class Panel:
         if method == "measure":
             time.sleep(1)
             good = b"good" in self.photos[params["run"]]
+            self.results.insert(0, result("0.0365" if good else ""))
             return {"run": params["run"], "verdict": "good" if good else "refused", "words": GOOD_WORDS if good else REFUSED,
                     "value_s": 0.0365 if good else None, "interval95_s": [0.0331, 0.04] if good else None, "notices": [],
                     "lines": [dict(zip(("firmware", "text", "keep"), line)) for line in LINES] if good else [],
@@ -119,13 +118,12 @@ class Panel:
         raise ValueError(f"there is no method {method}")
 
 
-def result(value, verdict, applied=False):
-    good = verdict == "good"
-    answer = {"name": "pressure_advance", "unit": "s", "verdict": verdict, "reason": "" if good else REFUSED,
-              "value": float(value) if good else None, "standard_uncertainty": 0.0014 if good else None,
-              "interval95": [float(value) - 0.0027, float(value) + 0.0027] if good else None}
-    return {"utc": "2026-11-29T18:03:00Z", "instrument": "pressure_advance", "verdict": verdict, "reason": answer["reason"],
-            "answers": [answer], "subject": {"filament": "Generic PLA", "nozzle": "0.4"}, "folder": f"/x/{value}{verdict}",
+def result(value, applied=False):
+    answer = {"name": "pressure_advance", "unit": "s", "verdict": "good" if value else "refused", "reason": "" if value else REFUSED,
+              "value": float(value) if value else None, "standard_uncertainty": 0.0014 if value else None,
+              "interval95": [float(value) - 0.0027, float(value) + 0.0027] if value else None}
+    return {"utc": "2026-11-29T18:03:00Z", "instrument": "pressure_advance", "verdict": answer["verdict"], "reason": answer["reason"],
+            "answers": [answer], "subject": {"filament": "Generic PLA"}, "folder": f"/x/{time.monotonic()}",
             "applied": [{"utc": "2026-11-29T18:05:00Z"}] if applied else []}
 
 
@@ -139,10 +137,13 @@ class Handler(http.server.BaseHTTPRequestHandler):
     def reply(self, status, body, media="application/json"):
         body = body if isinstance(body, bytes) else json.dumps(body).encode()
         self.send_response(status)
-        for name, value in (("Content-Type", media), ("Content-Length", len(body)), ("Content-Security-Policy", CSP)):
-            self.send_header(name, str(value))
-        self.end_headers()
+        self.send_headers(("Content-Type", media), ("Content-Length", str(len(body))), ("Content-Security-Policy", CSP))
         self.wfile.write(body)
+
+    def send_headers(self, *headers):
+        for header in headers:
+            self.send_header(*header)
+        self.end_headers()
 
     def do_GET(self):
         path = self.path.partition("?")[0]
@@ -150,12 +151,11 @@ class Handler(http.server.BaseHTTPRequestHandler):
         if path == "/ws":
             return self.serve_link()
         if path.startswith("/runs/"):
-            if name == "report.html":
-                return self.reply(200, b"<h1>report</h1>", "text/html")
-            return self.reply(200, (IMAGES / {"answer.png": "response-real-photo.png"}.get(name, "photo.jpg")).read_bytes(), "image/png")
+            picture = "response-real-photo.png" if name == "answer.png" else "photo.jpg"
+            return self.reply(200, (IMAGES / picture).read_bytes(), "image/png")
         if (self.folder / name).is_file():
-            return self.reply(200, (self.folder / name).read_bytes(), TYPES[pathlib.Path(name).suffix])
-        return self.reply(404, {"error": "not here"})
+            return self.reply(200, (self.folder / name).read_bytes(), mimetypes.guess_type(name)[0])
+        self.reply(404, {"error": "not here"})
 
     def do_POST(self):
         body = self.rfile.read(int(self.headers["Content-Length"]))
@@ -171,54 +171,24 @@ class Handler(http.server.BaseHTTPRequestHandler):
         self.reply(200, {})
 
     def serve_link(self):
-        key = self.headers["Sec-WebSocket-Key"] + "258EAFA5-E914-47DA-95CA-C5AB0DC85B11"
-        self.send_response(101)
-        accept = base64.b64encode(hashlib.sha1(key.encode()).digest()).decode()
-        for name, value in (("Upgrade", "websocket"), ("Connection", "Upgrade"), ("Sec-WebSocket-Accept", accept)):
-            self.send_header(name, value)
-        self.end_headers()
-        self.panel.watchers.append(self)
-        try:
-            while (text := self.read_frame()) is not None:
-                threading.Thread(target=self.serve_call, args=(json.loads(text),), daemon=True).start()
-        except (OSError, struct.error):
-            pass
-        self.panel.watchers.remove(self)
-        self.close_connection = True
+        link = web_socket.WebSocket(self)
+        self.panel.watchers.append(link)
+        for text in link.texts():
+            threading.Thread(target=self.serve_call, args=(link, json.loads(text)), daemon=True).start()
+        self.panel.watchers.remove(link)
 
-    def serve_call(self, call):
+    def serve_call(self, link, call):
         faults, answer = self.panel.faults, {"jsonrpc": "2.0", "id": call["id"]}
         if "deaf" in faults:
             return
         time.sleep(faults.get("slow", 0))
-        if "garbage" in faults:
-            for broken in ("{", "null", "[]", '"text"', '{"id": 99999}', '{"method": "run"}', '{"method": "run", "params": {"printer": 0}}'):
-                self.send_text(broken)
+        for broken in BROKEN if "garbage" in faults else ():
+            link.send(broken)
         try:
             answer["result"] = self.panel.answer(call["method"], call["params"])
         except (ValueError, KeyError) as error:
             answer["error"] = {"code": -32003, "message": str(error)}
-        self.send_json(answer)
-
-    def read_frame(self):
-        head, length = struct.unpack("!BB", self.rfile.read(2))
-        length &= 127
-        if length > 125:
-            length, = struct.unpack("!H" if length == 126 else "!Q", self.rfile.read(2 if length == 126 else 8))
-        mask, data = self.rfile.read(4), self.rfile.read(length)
-        return None if head & 15 == 8 else bytes(byte ^ mask[i % 4] for i, byte in enumerate(data))
-
-    def send_json(self, message):
-        self.send_text(json.dumps(message))
-
-    def send_text(self, text):
-        data = text.encode()
-        head = struct.pack("!BB", 0x81, len(data)) if len(data) < 126 else struct.pack("!BBH", 0x81, 126, len(data))
-        try:
-            with self.panel.lock:
-                self.wfile.write(head + data)
-        except (OSError, ValueError):
-            pass  # the page left
+        link.send(json.dumps(answer))
 
 
 def main():

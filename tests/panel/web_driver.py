@@ -22,7 +22,7 @@ class Driver:
     def __init__(self, program="/usr/bin/chromedriver"):
         self.process = subprocess.Popen([program, "--port=0"], stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True)
         for line in self.process.stdout:
-            if match := re.search(r"on port (\d+)", line):
+            if match := re.search(r"successfully on port (\d+)", line):
                 self.address = f"http://127.0.0.1:{match.group(1)}"
                 return
         raise WebDriverError(f"{program} did not start")

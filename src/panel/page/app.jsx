@@ -3,7 +3,7 @@ import { History } from "./history.jsx";
 import { Jobs } from "./jobs.jsx";
 import { Now } from "./now.jsx";
 import { Photo } from "./photo.jsx";
-import { choosePrinter, embedded, link, printer, printers, said, status } from "./state.js";
+import { embedded, link, said, status } from "./state.js";
 import { texts } from "./texts.js";
 import { Tries } from "./tries.jsx";
 import { Waiting } from "./waiting.jsx";
@@ -11,7 +11,6 @@ import { Waiting } from "./waiting.jsx";
 export function App() {
   return (
     <main>
-      <Printers />
       <Now />
       <div class="first">
         <Waiting />
@@ -29,22 +28,6 @@ export function App() {
       )}
       <StatusLine />
     </main>
-  );
-}
-
-function Printers() {
-  if (printers.value.length < 2) return null;
-  return (
-    <label class="printers">
-      {texts.printer}
-      <select id="printer" value={printer.value} onChange={(event) => choosePrinter(Number(event.target.value))}>
-        {printers.value.map((one) => (
-          <option key={one.printer} value={one.printer}>
-            {one.name}
-          </option>
-        ))}
-      </select>
-    </label>
   );
 }
 

@@ -5,7 +5,10 @@ import { texts } from "./texts.js";
 export function Dialog({ open, close, title, children, ...rest }) {
   const dialog = useRef();
   useEffect(() => {
-    if (open && !dialog.current.open) dialog.current.showModal();
+    if (open && !dialog.current.open) {
+      dialog.current.showModal();
+      dialog.current.querySelector(".focus")?.focus();
+    }
     if (!open && dialog.current.open) dialog.current.close();
   }, [open]);
   return (
@@ -34,7 +37,7 @@ export function Confirm({ open, close, title, detail, yes, act, disabled, danger
         <button class={danger ? "danger" : "primary"} disabled={disabled} onClick={confirmed}>
           {yes}
         </button>
-        <button autofocus onClick={close}>
+        <button class="focus" onClick={close}>
           {texts.cancel}
         </button>
       </p>

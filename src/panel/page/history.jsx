@@ -36,7 +36,7 @@ export function History() {
                     />
                   ))}
                 </td>
-                <td>{one.applied?.length > 0 && texts.yes}</td>
+                <td>{one.applied?.length > 0 && texts.set}</td>
               </tr>
             ))}
           </tbody>

@@ -49,11 +49,7 @@ function Start({ open, close, job, detail, yes }) {
   const [filament, setFilament] = useState("");
   const [material, setMaterial] = useState("");
   const start = () =>
-    act(
-      "start",
-      { job, arguments: { ...(filament && { filament }), ...(material && { material }) } },
-      texts.asked,
-    );
+    act("start", { job, arguments: { ...(filament && { filament }), ...(material && { material }) } });
   return (
     <Confirm
       open={open}

@@ -1,19 +1,40 @@
-import { printerName, ready, status } from "./state.js";
+import { choosePrinter, printer, printerName, printers, ready, status } from "./state.js";
 import { texts } from "./texts.js";
 
 /** The value in force, and the printer that has it. */
 export function Now() {
-  if (!status.value) return <section class="now" />;
-  const { in_force, printer } = status.value;
   return (
     <section class="now">
       <h1>
-        {texts.inForce} <span class="where">{texts.onPrinter(printerName.value)}</span>
+        {texts.inForce}
+        {printers.value.length > 1 ? <Printers /> : printerName.value}
       </h1>
+      {status.value && <InForce />}
+    </section>
+  );
+}
+
+function InForce() {
+  const { in_force, printer } = status.value;
+  return (
+    <>
       <p id="in-force" class="value">
         {in_force || texts.notKnown}
       </p>
       {!ready.value && <p class="warning">{texts.printerNotReady(printer.readiness, printer.message)}</p>}
-    </section>
+    </>
+  );
+}
+
+function Printers() {
+  const choose = ({ target }) => choosePrinter(Number(target.value));
+  return (
+    <select id="printer" aria-label={texts.printer} value={printer.value} onChange={choose}>
+      {printers.value.map((one) => (
+        <option key={one.printer} value={one.printer}>
+          {one.name}
+        </option>
+      ))}
+    </select>
   );
 }

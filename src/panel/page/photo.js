@@ -85,6 +85,6 @@ function linkUp() {
 
 export async function use() {
   const mine = photo.value;
-  const answer = await act("use", { run: mine.result.run }, texts.asked);
+  const answer = await act("use", { run: mine.result.run });
   if (answer && photo.value === mine) photo.value = { ...mine, used: answer.run };
 }

@@ -1,7 +1,7 @@
 import { useRef } from "preact/hooks";
 import { Dialog } from "./confirm.jsx";
 import { change, choice, choosing, forget, measurePhoto, photo } from "./photo.js";
-import { link } from "./state.js";
+import { busy, link, status } from "./state.js";
 import { texts } from "./texts.js";
 import { PHOTO_TYPES } from "./upload.js";
 
@@ -10,7 +10,7 @@ export function Photo() {
   const step = photo.value?.step;
   return (
     <>
-      {!step && <ChooseButton words={texts.photograph} />}
+      {!step && <ChooseButton words={texts.photograph} plain={busy.value || Boolean(status.value?.proposal)} />}
       {step === "sending" && <Sending />}
       {step === "measuring" && (
         <section class="card" id="measuring">
@@ -29,7 +29,7 @@ export function ChooseButton({ words, plain }) {
     <p class="buttons">
       <button
         id="photograph"
-        class={plain ? "" : "primary large"}
+        class={plain ? "large" : "primary large"}
         disabled={link.value !== "up"}
         onClick={() => (choosing.value = true)}
       >
@@ -91,7 +91,7 @@ function Choice() {
       <p class="quiet">{texts.photoAdvice}</p>
       <input ref={camera} id="camera" type="file" hidden accept={PHOTO_TYPES} onChange={picked} />
       <p class="buttons">
-        <button class="primary" autofocus onClick={() => camera.current.click()}>
+        <button class="primary focus" onClick={() => camera.current.click()}>
           {texts.choosePhoto}
         </button>
         <button onClick={close}>{texts.cancel}</button>

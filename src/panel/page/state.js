@@ -7,6 +7,7 @@ import { texts } from "./texts.js";
 
 const STATUS_EVERY_MS = 10000; // the longest time that a changed blocker stays unseen
 const STATUS_PATIENCE_MS = 8000;
+const WORDS_STAY_MS = 8000;
 const HISTORY_LENGTH = 20;
 
 const query = new URLSearchParams(location.search);
@@ -30,9 +31,14 @@ export const ready = computed(() => status.value?.printer.readiness === "ready")
 export const canAsk = computed(() => link.value === "up" && !pending.value);
 export const canStart = computed(() => canAsk.value && ready.value && !busy.value);
 
+/** Shows words in the status line: errors until the next words, others for a while. */
 export function say(words, bad = false) {
+  clearTimeout(silence);
   said.value = { words, bad };
+  if (!bad) silence = setTimeout(() => (said.value = { words: "", bad }), WORDS_STAY_MS);
 }
+
+let silence;
 
 export function blockerOf(job) {
   const found = status.value?.jobs.find((one) => one.job === job);
@@ -88,6 +94,7 @@ function take(next) {
   const before = status.value;
   status.value = next;
   if (!before) return;
+  if (busy.value && next.run.phase !== before.run?.phase) say(texts.inPhase(texts.job(next.run.job), texts.phase(next.run.phase)));
   const ended = before.run && !before.run.complete && (next.run?.run !== before.run.run || next.run.complete);
   const waits = next.proposal && next.proposal.run !== before.proposal?.run;
   if (!ended && !waits) return;

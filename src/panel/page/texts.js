@@ -52,8 +52,7 @@ export const texts = {
   megabytes: (bytes, of) => `${(bytes / 1e6).toFixed(1)} of ${(of / 1e6).toFixed(1)} MB`,
 
   printer: "Printer",
-  inForce: "Pressure advance now",
-  onPrinter: (printer) => `on ${printer}`,
+  inForce: "Pressure advance now on",
   printerNotReady: (readiness, message) =>
     `The printer is not ready (${readiness})${message ? `: ${message}` : ". Switch it on, or restart Klipper."}`,
 
@@ -64,7 +63,7 @@ export const texts = {
   using: "Setting it",
   drop: "Drop it",
   dropped: "Dropped",
-  asked: "Asked for it",
+  inPhase: (job, phase) => `${job}: ${phase.toLowerCase()}`,
   lastRun: (job, end) => `${job}: ${end.toLowerCase()}`,
   nowPhotograph: "Let the bed cool, leave the print on it, and photograph it.",
 
@@ -134,7 +133,7 @@ export const texts = {
   history: "History",
   noHistory: "No results yet.",
   columns: ["When", "What", "Result", "Set"],
-  yes: "yes",
+  set: "✓ set",
   interval: (low, high, unit) => `95 %: ${low} to ${high} ${unit}`,
   openPanel: "Open the whole panel",
   version: (version) => `trammel ${version}`,

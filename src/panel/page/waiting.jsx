@@ -1,5 +1,6 @@
 import { useState } from "preact/hooks";
 import { Confirm } from "./confirm.jsx";
+import { photo } from "./photo.js";
 import { act, busy, canAsk, canStart, endOf, run, status } from "./state.js";
 import { texts } from "./texts.js";
 import { Words } from "./words.jsx";
@@ -10,7 +11,7 @@ export function Waiting() {
   return (
     <>
       {status.value?.proposal && <Proposal />}
-      {run.value && <LastRun />}
+      {run.value && !photo.value && <LastRun />}
     </>
   );
 }
@@ -66,7 +67,7 @@ function Proposal() {
           id="use-proposal"
           class="primary"
           disabled={!canStart.value}
-          onClick={() => act("start", { job: "apply", arguments: {} }, texts.asked)}
+          onClick={() => act("start", { job: "apply", arguments: {} })}
         >
           {texts.use}
         </button>
