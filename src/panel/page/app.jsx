@@ -16,12 +16,12 @@ export function App() {
         <Waiting />
         <Photo />
         <Answer />
+        {!embedded && <Tries />}
+        {!embedded && <Jobs />}
         {embedded && <a class="whole" href="./" target="_blank">{texts.openPanel}</a>}
       </div>
       {!embedded && (
         <div class="more">
-          <Tries />
-          <Jobs />
           <History />
           {status.value && <p class="small">{texts.version(status.value.version)}</p>}
         </div>
@@ -32,11 +32,11 @@ export function App() {
 }
 
 function StatusLine() {
-  const { words, bad } = said.value;
+  const { words, kind } = said.value;
   const lost = link.value === "lost";
   const shown = lost ? texts.lost : link.value === "connecting" ? texts.connecting : words;
   return (
-    <p id="status" role="status" aria-live="polite" class={lost ? "lost" : bad ? "bad" : ""}>
+    <p id="status" role="status" aria-live="polite" class={lost ? "lost" : kind}>
       {shown}
     </p>
   );

@@ -18,7 +18,7 @@ export function Copy({ lines }) {
   const copy = async () => {
     const words = (await copied(field.current)) ? texts.copied : texts.copyByHand;
     setDone(words);
-    say(words);
+    say(words, "heard");
   };
   return (
     <div class="copy">

@@ -9,7 +9,7 @@ function title() {
   const where = printerName.value ? ` – ${printerName.value}` : "";
   if (busy.value) {
     const { phase, progress } = run.value;
-    return `${texts.phase(phase)}${progress === null ? "" : ` ${texts.percent(progress)}`}${where}`;
+    return `${texts.phase(phase)}${progress == null ? "" : ` ${texts.percent(progress)}`}${where}`;
   }
   if (photo.value?.step === "sending") return texts.sending;
   if (photo.value?.step === "measuring") return texts.measuring;

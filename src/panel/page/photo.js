@@ -1,27 +1,53 @@
 // A photo's way: chosen, sent, measured, answered. The answers of this visit are kept to be compared.
-import { computed, signal } from "@preact/signals";
+import { computed, effect, signal } from "@preact/signals";
 import { callBack } from "./alert.js";
 import { LinkLost } from "./connection.js";
 import { act, ask, link, run, say } from "./state.js";
-import { remember, remembered } from "./stored.js";
+import { remember, remembered, rememberedInVisit, rememberInVisit } from "./stored.js";
 import { texts } from "./texts.js";
 import { photoType, send } from "./upload.js";
 
+const MOST_TRIES = 20;
 const MEASURE_PATIENCE_MS = 120000; // a small computer beside the printer needs 10 s
 
 export const choosing = signal(false);
 export const choice = signal({ pattern: remembered("pattern", "trammel"), gcode: null, filament: "" });
 /** The photo on the screen: {step: sending|measuring|failed|done, file, sent, total, error, at, result, used}. */
 export const photo = signal(null);
-export const tries = signal([]);
+/** The measured photos of this visit, newest first. They outlast a reload: phones reload pages behind the camera. */
+export const tries = signal(triesOfVisit());
 
 /** The run that sets the photo's value on the printer, if it was asked for. */
 export const setting = computed(() => (photo.value?.used && photo.value.used === run.value?.run ? run.value : null));
 
 let sending;
 
+// The pattern that was just printed is the one to be photographed.
+let printed;
+effect(() => {
+  const last = run.value;
+  if (last?.job !== "photo_pattern" || last.end !== "done" || last.run === printed) return;
+  printed = last.run;
+  change({ pattern: "trammel", gcode: null, filament: last.arguments?.filament ?? "" });
+});
+
+function triesOfVisit() {
+  try {
+    return JSON.parse(rememberedInVisit("tries", "[]"));
+  } catch {
+    return [];
+  }
+}
+
+function keep(measured) {
+  photo.value = measured;
+  const others = tries.peek().filter((one) => one.result.run !== measured.result.run);
+  tries.value = [measured, ...others].slice(0, MOST_TRIES);
+  rememberInVisit("tries", JSON.stringify(tries.value));
+}
+
 export function change(part) {
-  choice.value = { ...choice.value, ...part };
+  choice.value = { ...choice.peek(), ...part };
   if (part.pattern) remember("pattern", part.pattern);
 }
 
@@ -38,6 +64,7 @@ export async function measurePhoto(file) {
   const show = (part) => !mine.signal.aborted && (photo.value = { ...photo.value, ...part });
   const total = file.size + (gcode?.size ?? 0);
   photo.value = { step: "sending", file, sent: 0, total };
+  scrollTo(0, 0); // to the answer
   try {
     const { run } = await send("photos", file, photoType(file), {
       progressed: (bytes) => show({ sent: bytes }),
@@ -53,15 +80,15 @@ export async function measurePhoto(file) {
     // The file that was printed names its own pattern.
     const result = await measure({ run, ...(gcode ? {} : { pattern }), ...(filament ? { filament } : {}) });
     if (mine.signal.aborted) return;
-    const done = { step: "done", at: new Date(), result, used: null };
-    photo.value = done;
-    tries.value = [done, ...tries.value];
-    say(result.verdict === "good" ? texts.measured(result.words) : texts.notMeasured(result.words));
+    const done = { step: "done", at: Date.now(), result, used: null };
+    keep(done);
+    const words = result.verdict === "good" ? texts.measured : texts.notMeasured;
+    say(words(result.words), "heard");
     callBack();
   } catch (error) {
     if (mine.signal.aborted) return;
     show({ step: "failed", error: error.message });
-    say(error.message, true);
+    say(error.message, "heard");
   }
 }
 
@@ -86,5 +113,5 @@ function linkUp() {
 export async function use() {
   const mine = photo.value;
   const answer = await act("use", { run: mine.result.run });
-  if (answer && photo.value === mine) photo.value = { ...mine, used: answer.run };
+  if (answer && photo.value === mine) keep({ ...mine, used: answer.run });
 }

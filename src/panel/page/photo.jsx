@@ -75,8 +75,15 @@ function Choice() {
             accept=".gcode,.3mf"
             onChange={({ target }) => change({ gcode: target.files[0] ?? null })}
           />
-          {gcode && <span class="small">{gcode.name}</span>}
-        </label>
+          </label>
+        {gcode && (
+          <p class="buttons">
+            {gcode.name}
+            <button class="small" onClick={() => change({ gcode: null })}>
+              {texts.remove}
+            </button>
+          </p>
+        )}
         <label>
           {texts.filament}
           <input

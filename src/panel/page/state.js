@@ -19,7 +19,7 @@ export const printers = signal([]);
 export const printer = signal(0);
 export const status = signal(null);
 export const results = signal([]);
-export const said = signal({ words: "", bad: false });
+export const said = signal({ words: "", kind: "" });
 export const pending = signal(false); // a request of the owner has no answer yet
 
 export const printerName = computed(
@@ -31,11 +31,12 @@ export const ready = computed(() => status.value?.printer.readiness === "ready")
 export const canAsk = computed(() => link.value === "up" && !pending.value);
 export const canStart = computed(() => canAsk.value && ready.value && !busy.value);
 
-/** Shows words in the status line: errors until the next words, others for a while. */
-export function say(words, bad = false) {
+/** Puts words into the status line: errors ("bad") until the next words, others for a while. Words that the page shows
+ * elsewhere ("heard") are for screen readers alone. */
+export function say(words, kind = "") {
   clearTimeout(silence);
-  said.value = { words, bad };
-  if (!bad) silence = setTimeout(() => (said.value = { words: "", bad }), WORDS_STAY_MS);
+  said.value = { words, kind };
+  if (kind !== "bad") silence = setTimeout(() => (said.value = { words: "", kind: "" }), WORDS_STAY_MS);
 }
 
 let silence;
@@ -66,7 +67,7 @@ export async function act(method, params, success = "") {
 }
 
 export function reportError(error) {
-  if (!(error instanceof LinkLost)) say(error.message, true);
+  if (!(error instanceof LinkLost)) say(error.message, "bad");
 }
 
 export function choosePrinter(number) {
@@ -83,7 +84,7 @@ async function refresh() {
   const mine = ++asked;
   try {
     const answer = await ask("status", {}, STATUS_PATIENCE_MS);
-    if (mine === asked) take(answer);
+    if (mine === asked && answer?.printer) take(answer);
   } catch (error) {
     reportError(error);
   }
@@ -94,19 +95,21 @@ function take(next) {
   const before = status.value;
   status.value = next;
   if (!before) return;
-  if (busy.value && next.run.phase !== before.run?.phase) say(texts.inPhase(texts.job(next.run.job), texts.phase(next.run.phase)));
+  if (busy.value && next.run.phase !== before.run?.phase) say(texts.inPhase(texts.job(next.run.job), texts.phase(next.run.phase)), "heard");
   const ended = before.run && !before.run.complete && (next.run?.run !== before.run.run || next.run.complete);
   const waits = next.proposal && next.proposal.run !== before.proposal?.run;
   if (!ended && !waits) return;
   callBack();
   if (ended) readHistory();
-  if (waits) say(`${texts.waits}: ${next.proposal.answer}`);
-  else if (next.run) say(endOf(next.run), next.run.end !== "done");
+  if (waits) say(`${texts.waits}: ${next.proposal.answer}`, "heard");
+  else if (next.run) say(endOf(next.run), "heard");
 }
 
 export function endOf(one) {
-  return [texts.lastRun(texts.job(one.job), texts.end(one.end)), one.message].filter(Boolean).join(". ");
+  return [texts.lastRun(texts.job(one.job), texts.end(one.end)), one.message].filter(Boolean).map(sentence).join(". ");
 }
+
+const sentence = (words) => words[0].toUpperCase() + words.slice(1);
 
 async function readHistory() {
   if (embedded) return;
@@ -141,7 +144,7 @@ function lost() {
 
 function notified(method, params) {
   if (params.printer !== printer.value) return;
-  if (method === "run" && status.value) {
+  if (method === "run" && params.run && status.value) {
     asked++; // an older answer may not undo this
     take({ ...status.value, run: params.run });
     if (params.run.complete) refresh();

@@ -57,6 +57,7 @@ export const texts = {
     `The printer is not ready (${readiness})${message ? `: ${message}` : ". Switch it on, or restart Klipper."}`,
 
   waits: "An answer waits",
+  waitsFor: (filament) => `An answer waits for ${filament}`,
   use: "Use it",
   useOn: (printer) => `Use it on ${printer}`,
   used: (printer) => `Set on ${printer}.`,
@@ -88,6 +89,7 @@ export const texts = {
   photoAdvice: "All lines in the picture, from straight above. Light from one side, no flash.",
   more: "G-code and filament (optional)",
   gcode: "G-code of the print: the answer gets surer",
+  remove: "Remove",
   filament: "Filament: the value is stored for it",
   choosePhoto: "Take or choose the photo",
   sending: "Sending the photo",

@@ -5,7 +5,7 @@ import { Verdict } from "./verdict.jsx";
 
 /** The measured photos of this visit, newest first. */
 export function Tries() {
-  if (tries.value.length < 2) return null;
+  if (!tries.value.some((one) => one.result.run !== photo.value?.result?.run)) return null;
   return (
     <section id="tries">
       <h2>{texts.tries}</h2>

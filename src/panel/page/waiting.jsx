@@ -1,7 +1,7 @@
 import { useState } from "preact/hooks";
 import { Confirm } from "./confirm.jsx";
 import { photo } from "./photo.js";
-import { act, busy, canAsk, canStart, endOf, run, status } from "./state.js";
+import { act, busy, canAsk, canStart, endOf, link, run, status } from "./state.js";
 import { texts } from "./texts.js";
 import { Words } from "./words.jsx";
 
@@ -24,8 +24,8 @@ function Run() {
       <h2>{texts.job(job)}</h2>
       <p class="phase">
         <strong>{texts.phase(phase)}</strong>
-        {progress !== null && ` ${texts.percent(progress)}`}
-        {remaining_s !== null && <span class="quiet"> {texts.left(remaining_s)}</span>}
+        {progress != null && ` ${texts.percent(progress)}`}
+        {remaining_s != null && <span class="quiet"> {texts.left(remaining_s)}</span>}
       </p>
       <progress aria-label={texts.phase(phase)} max="1" value={progress ?? undefined} />
       <p class="quiet message">{message}</p>
@@ -33,12 +33,12 @@ function Run() {
         <button
           id="stop"
           class="primary"
-          disabled={!canAsk.value || phase === "stopping"}
+          disabled={link.value !== "up" || phase === "stopping"}
           onClick={() => act("stop", { run: name }, texts.stopping)}
         >
           {texts.stop}
         </button>
-        <button id="emergency" class="small danger" disabled={!canAsk.value} onClick={() => setAsking(true)}>
+        <button id="emergency" class="small danger" disabled={link.value !== "up"} onClick={() => setAsking(true)}>
           {texts.emergencyStop}
         </button>
       </p>
@@ -49,7 +49,7 @@ function Run() {
         detail={texts.emergencyDetail}
         yes={texts.emergencyYes}
         act={() => act("emergency_stop", {}, texts.emergencyDone)}
-        disabled={!canAsk.value}
+        disabled={link.value !== "up"}
         danger
       />
     </section>
@@ -57,10 +57,10 @@ function Run() {
 }
 
 function Proposal() {
-  const { answer } = status.value.proposal;
+  const { answer, arguments: given } = status.value.proposal;
   return (
     <section class="card" id="proposal">
-      <h2>{texts.waits}</h2>
+      <h2>{given?.filament ? texts.waitsFor(given.filament) : texts.waits}</h2>
       <Words words={answer} />
       <p class="buttons">
         <button
