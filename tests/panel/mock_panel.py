@@ -147,10 +147,10 @@ class Handler(http.server.BaseHTTPRequestHandler):
 
     def do_GET(self):
         path = self.path.partition("?")[0]
-        name = pathlib.PurePosixPath(path).name or "index.html"
-        if path == "/ws":
+        name = path.rpartition("/")[2] or "index.html"
+        if name == "ws":
             return self.serve_link()
-        if path.startswith("/runs/"):
+        if "/runs/" in path:
             picture = "response-real-photo.png" if name == "answer.png" else "photo.jpg"
             return self.reply(200, (IMAGES / picture).read_bytes(), "image/png")
         if (self.folder / name).is_file():
@@ -164,7 +164,7 @@ class Handler(http.server.BaseHTTPRequestHandler):
             self.panel.faults = {fault["fault"]: fault.get("value")} if fault["fault"] else {}
         elif "upload" in self.panel.faults:
             return self.reply(self.panel.faults["upload"], b"no")
-        elif self.path == "/photos":
+        elif self.path.endswith("/photos"):
             run = f"photo-{len(self.panel.photos) + 1}"
             self.panel.photos[run] = body
             return self.reply(200, {"run": run})

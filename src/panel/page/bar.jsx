@@ -14,10 +14,13 @@ export function Bar({ value, interval }) {
       <rect class="axis" x="0" y="12" width="100%" height="2" />
       <rect class="range" x={x(interval[0])} y="6" width={x(interval[1] - interval[0])} height="14" rx="3" />
       <circle class="dot" cx={x(value)} cy="13" r="5" />
-      {Number.isFinite(now) && (
+      <text x="0" y="32">
+        0
+      </text>
+      {now / end > 0.1 && (
         <>
           <line class="now" x1={x(now)} x2={x(now)} y1="3" y2="22" />
-          <text x={x(now)} y="32" text-anchor={now / end < 0.1 ? "start" : "middle"}>
+          <text x={x(now)} y="32" text-anchor="middle">
             {texts.barNow}
           </text>
         </>

@@ -2,7 +2,7 @@
 import { computed, effect, signal } from "@preact/signals";
 import { callBack } from "./alert.js";
 import { LinkLost } from "./connection.js";
-import { act, ask, link, run, say } from "./state.js";
+import { act, ask, link, readHistory, run, say } from "./state.js";
 import { remember, remembered, rememberedInVisit, rememberInVisit } from "./stored.js";
 import { texts } from "./texts.js";
 import { photoType, send } from "./upload.js";
@@ -82,6 +82,7 @@ export async function measurePhoto(file) {
     if (mine.signal.aborted) return;
     const done = { step: "done", at: Date.now(), result, used: null };
     keep(done);
+    readHistory();
     const words = result.verdict === "good" ? texts.measured : texts.notMeasured;
     say(words(result.words), "heard");
     callBack();

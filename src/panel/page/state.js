@@ -111,7 +111,7 @@ export function endOf(one) {
 
 const sentence = (words) => words[0].toUpperCase() + words.slice(1);
 
-async function readHistory() {
+export async function readHistory() {
   if (embedded) return;
   const of = printer.value;
   try {
