@@ -109,6 +109,8 @@ class Page(unittest.TestCase):
 
     def start_run(self):
         self.browser.click("#photo_pattern")
+        if SETTINGS.material:
+            self.browser.choose("#jobs dialog[open] select", SETTINGS.material)
         self.browser.click("#jobs dialog[open] .primary")
         self.browser.wait_for("#run")
 
@@ -336,6 +338,13 @@ class BrokenServer(Page):
         self.browser.click("#jobs dialog[open] .primary")
         self.browser.wait_text("#status", "The bed <b>is</b> not empty.")
 
+    def test_an_error_at_the_start_does_not_stay(self):
+        SETTINGS.mock.fault("error", "The folder of recordings is full.")
+        self.browser.reload()
+        self.browser.wait_text("#status", "The folder of recordings is full.")
+        SETTINGS.mock.fault("")
+        self.browser.wait_text("#in-force", " s")
+
     def test_uploads_that_are_refused(self):
         for status, part in ((413, "too large"), (415, "JPEG"), (500, "500")):
             SETTINGS.mock.fault("upload", status)
@@ -463,6 +472,7 @@ def main():
     parser.add_argument("--page", type=pathlib.Path, help="folder of the built page, for the mock")
     parser.add_argument("--photo", type=pathlib.Path, help="a photo with a good answer")
     parser.add_argument("--refused-photo", type=pathlib.Path, help="a photo without an answer")
+    parser.add_argument("--material", help="the pattern's material, where the settings have none")
     parser.add_argument("--gone", type=shell, help="command that stops the server")
     parser.add_argument("--back", type=shell, help="command that starts it again")
     parser.add_argument("--shots", type=pathlib.Path, help="folder for pictures of the page")

@@ -27,7 +27,7 @@ function Good({ result }) {
       </h2>
       <Words words={result.words} />
       <Bar value={result.value_s} interval={result.interval95_s} />
-      <Use />
+      <Use keep={result.lines?.find((line) => line.firmware === "Klipper")?.keep} />
       {result.notices.map((notice) => (
         <p key={notice} class="notice">
           {notice}
@@ -51,14 +51,14 @@ function Good({ result }) {
   );
 }
 
-function Use() {
+function Use({ keep }) {
   const name = printerName.value;
   const set = setting.value;
   if (set?.complete && set.end === "done") {
     return (
       <p id="used" class="good">
         <span aria-hidden="true">✓ </span>
-        {texts.used(name)}
+        {texts.used(name, keep)}
       </p>
     );
   }

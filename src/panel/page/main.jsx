@@ -1,3 +1,4 @@
+/*! Includes Preact (MIT, © 2015-present Jason Miller) and Preact Signals (MIT, © 2022-present Preact Team). */
 import { render } from "preact";
 import { startTitle } from "./alert.js";
 import { App } from "./app.jsx";

@@ -123,17 +123,18 @@ export async function readHistory() {
 }
 
 async function opened() {
+  const again = link.value === "lost";
   try {
     printers.value = (await connection.call("printers")).printers;
+    say(again ? texts.back : "");
   } catch (error) {
-    return reportError(error);
+    if (error instanceof LinkLost) return;
+    reportError(error);
   }
   const wanted = remembered("printer");
   const found = status.value === null && printers.value.find((one) => one.name === wanted);
   if (found) printer.value = found.printer;
-  const again = link.value === "lost";
   link.value = "up";
-  say(again ? texts.back : "");
   refresh();
   readHistory();
 }

@@ -60,7 +60,7 @@ export const texts = {
   waitsFor: (filament) => `An answer waits for ${filament}`,
   use: "Use it",
   useOn: (printer) => `Use it on ${printer}`,
-  used: (printer) => `Set on ${printer}.`,
+  used: (printer, place) => `Set on ${printer} until Klipper restarts.${place ? ` To keep it: ${place}.` : ""}`,
   using: "Setting it",
   drop: "Drop it",
   dropped: "Dropped",
