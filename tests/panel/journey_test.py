@@ -375,10 +375,12 @@ class BrokenServer(Page):
         self.measure(SETTINGS.photo, "#answer")
         address = self.browser.script("return document.querySelector('#answer > img').src")
         self.assertRegex(address, r"/server/trammel/runs/photo-\d+/answer\.png$")
-        self.assertRegex(self.browser.script("return document.querySelector('#answer a').href"), r"/server/trammel/runs/photo-\d+/report\.html$")
+        address = self.browser.script("return document.querySelector('#answer a').href")
+        self.assertRegex(address, r"/server/trammel/runs/photo-\d+/report\.html$")
 
     def test_a_printer_that_is_not_ready(self):
-        SETTINGS.mock.fault("status", {"printer": {"address": "voron.local", "readiness": "shutdown", "message": "Lost communication with MCU"}})
+        lost = {"address": "voron.local", "readiness": "shutdown", "message": "Lost communication with MCU"}
+        SETTINGS.mock.fault("status", {"printer": lost})
         self.visit()
         self.browser.wait_text(".warning", "Lost communication with MCU")
         self.measure(SETTINGS.photo, "#answer")
@@ -399,6 +401,23 @@ class BrokenServer(Page):
         self.browser.click("#jobs dialog[open] .primary")
         self.browser.wait_for("#run")
         self.stop_run()
+
+    def test_a_gcode_is_sent_and_named_until_removed(self):
+        page = self.browser
+        with tempfile.NamedTemporaryFile(suffix=".gcode") as gcode:
+            gcode.write(b"G1 X1 good")
+            gcode.flush()
+            page.click("#photograph")
+            page.click("#choice summary")
+            page.type("#gcode", gcode.name)
+            page.wait_text("#choice", pathlib.Path(gcode.name).name)
+            page.type("#camera", str(SETTINGS.photo))
+            page.wait_for("#answer")
+        sent = page.script("return performance.getEntriesByType('resource').map(entry => entry.name)")
+        self.assertEqual(len([name for name in sent if "/gcodes?run=photo-" in name]), 1, sent)
+        page.click("#answer #photograph")
+        page.click("#choice details button")
+        page.wait_for("#gcode")
 
     def test_a_slow_server(self):
         SETTINGS.mock.fault("slow", 2)

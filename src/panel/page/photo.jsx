@@ -1,4 +1,4 @@
-import { useRef } from "preact/hooks";
+import { useRef, useState } from "preact/hooks";
 import { Dialog } from "./confirm.jsx";
 import { change, choice, choosing, forget, measurePhoto, photo } from "./photo.js";
 import { busy, link, status } from "./state.js";
@@ -41,7 +41,7 @@ export function ChooseButton({ words, plain }) {
 
 function Choice() {
   const camera = useRef();
-  const { pattern, gcode, filament } = choice.value;
+  const { pattern } = choice.value;
   const close = () => (choosing.value = false);
   const picked = ({ target }) => {
     const file = target.files[0];
@@ -65,36 +65,7 @@ function Choice() {
           </label>
         ))}
       </div>
-      <details open={Boolean(gcode || filament)}>
-        <summary>{texts.more}</summary>
-        <label>
-          {texts.gcode}
-          <input
-            id="gcode"
-            type="file"
-            accept=".gcode,.3mf"
-            onChange={({ target }) => change({ gcode: target.files[0] ?? null })}
-          />
-          </label>
-        {gcode && (
-          <p class="buttons">
-            {gcode.name}
-            <button class="small" onClick={() => change({ gcode: null })}>
-              {texts.remove}
-            </button>
-          </p>
-        )}
-        <label>
-          {texts.filament}
-          <input
-            id="filament"
-            type="text"
-            maxlength="100"
-            value={filament}
-            onInput={({ target }) => change({ filament: target.value.trim() })}
-          />
-        </label>
-      </details>
+      <More />
       <p class="quiet">{texts.photoAdvice}</p>
       <input ref={camera} id="camera" type="file" hidden accept={PHOTO_TYPES} onChange={picked} />
       <p class="buttons">
@@ -104,6 +75,44 @@ function Choice() {
         <button onClick={close}>{texts.cancel}</button>
       </p>
     </Dialog>
+  );
+}
+
+function More() {
+  const { gcode, filament } = choice.value;
+  const [open] = useState(Boolean(gcode || filament)); // at first; then as the owner wants it
+  return (
+    <details open={open}>
+      <summary>{texts.more}</summary>
+      {gcode ? (
+        <p class="buttons">
+          {gcode.name}
+          <button class="small" onClick={() => change({ gcode: null })}>
+            {texts.remove}
+          </button>
+        </p>
+      ) : (
+        <label>
+          {texts.gcode}
+          <input
+            id="gcode"
+            type="file"
+            accept=".gcode,.3mf"
+            onChange={({ target }) => change({ gcode: target.files[0] ?? null })}
+          />
+        </label>
+      )}
+      <label>
+        {texts.filament}
+        <input
+          id="filament"
+          type="text"
+          maxlength="100"
+          value={filament}
+          onInput={({ target }) => change({ filament: target.value.trim() })}
+        />
+      </label>
+    </details>
   );
 }
 
