@@ -411,6 +411,8 @@ class BrokenServer(Page):
             page.click("#choice summary")
             page.type("#gcode", gcode.name)
             page.wait_text("#choice", pathlib.Path(gcode.name).name)
+            page.type("#filament", "Generic PLA")
+            self.assertEqual(page.script("return document.querySelector('#filament').value"), "Generic PLA")
             page.type("#camera", str(SETTINGS.photo))
             page.wait_for("#answer")
         sent = page.script("return performance.getEntriesByType('resource').map(entry => entry.name)")

@@ -52,7 +52,7 @@ class Browser:
 
     def __init__(self, driver, arguments):
         # A sandbox needs rights that containers lack. The name makes the page's origin insecure, as a printer's is.
-        options = {"args": ["--headless=new", "--no-sandbox", "--disable-gpu", "--disable-dev-shm-usage", "--no-proxy-server", "--lang=en-GB",
+        options = {"args": ["--headless=new", "--no-sandbox", "--disable-gpu", "--disable-dev-shm-usage", "--no-proxy-server",
                             "--host-resolver-rules=MAP printer.test 127.0.0.1", "--window-size=1400,900", *arguments]}
         if os.path.exists("/usr/bin/chromium"):
             options["binary"] = "/usr/bin/chromium"

@@ -49,7 +49,7 @@ function Start({ open, close, job, detail, yes }) {
   const [filament, setFilament] = useState("");
   const [material, setMaterial] = useState("");
   const start = () =>
-    act("start", { job, arguments: { ...(filament && { filament }), ...(material && { material }) } });
+    act("start", { job, arguments: { ...(filament.trim() && { filament: filament.trim() }), ...(material && { material }) } });
   return (
     <Confirm
       open={open}
@@ -77,7 +77,7 @@ function Start({ open, close, job, detail, yes }) {
           type="text"
           maxlength="100"
           value={filament}
-          onInput={({ target }) => setFilament(target.value.trim())}
+          onInput={({ target }) => setFilament(target.value)}
         />
       </label>
     </Confirm>

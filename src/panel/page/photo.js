@@ -60,7 +60,8 @@ export function forget() {
 export async function measurePhoto(file) {
   sending?.abort();
   const mine = (sending = new AbortController());
-  const { pattern, gcode, filament } = choice.value;
+  const { pattern, gcode } = choice.value;
+  const filament = choice.value.filament.trim();
   const show = (part) => !mine.signal.aborted && (photo.value = { ...photo.value, ...part });
   const total = file.size + (gcode?.size ?? 0);
   photo.value = { step: "sending", file, sent: 0, total };

@@ -109,7 +109,7 @@ function More() {
           type="text"
           maxlength="100"
           value={filament}
-          onInput={({ target }) => change({ filament: target.value.trim() })}
+          onInput={({ target }) => change({ filament: target.value })}
         />
       </label>
     </details>
