@@ -98,9 +98,9 @@ class Page(unittest.TestCase):
         self.browser.scheme("light")
         self.browser.size(390, 844)
 
-    def choose_photo(self, path, pattern="trammel"):
+    def choose_photo(self, path):
         self.browser.click("#photograph")
-        self.browser.click(f"#choice input[value={pattern}]")
+        self.browser.click(f"#choice input[value={SETTINGS.pattern}]")
         self.browser.type("#camera", str(path))
 
     def measure(self, path, outcome):
@@ -494,6 +494,7 @@ def main():
     parser.add_argument("--photo", type=pathlib.Path, help="a photo with a good answer")
     parser.add_argument("--refused-photo", type=pathlib.Path, help="a photo without an answer")
     parser.add_argument("--material", help="the pattern's material, where the settings have none")
+    parser.add_argument("--pattern", default="trammel", help="what the photos show: the value of the page's choice")
     parser.add_argument("--gone", type=shell, help="command that stops the server")
     parser.add_argument("--back", type=shell, help="command that starts it again")
     parser.add_argument("--shots", type=pathlib.Path, help="folder for pictures of the page")

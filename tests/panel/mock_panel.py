@@ -120,7 +120,8 @@ class Panel:
 def result(value, applied=False):
     answer = {"name": "pressure_advance", "unit": "s", "verdict": "good" if value else "refused", "reason": "" if value else REFUSED,
               "value": float(value) if value else None, "standard_uncertainty": 0.0014 if value else None,
-              "interval95": [float(value) - 0.0027, float(value) + 0.0027] if value else None}
+              "interval95": [float(value) - 0.0027, float(value) + 0.0027] if value else None,
+              "words": f"{value} s (95 %: 0.0338 to 0.0392 s)" if value else REFUSED}
     return {"utc": "2026-11-29T18:03:00Z", "instrument": "pressure_advance", "verdict": answer["verdict"], "reason": answer["reason"],
             "answers": [answer], "subject": {"filament": "Generic PLA"}, "folder": f"/x/{time.monotonic()}",
             "applied": [{"utc": "2026-11-29T18:05:00Z"}] if applied else []}

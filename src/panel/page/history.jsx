@@ -32,7 +32,7 @@ export function History() {
                     <Outcome
                       key={answer.name}
                       verdict={answer.verdict}
-                      words={answer.verdict === "good" ? valueOf(answer) : answer.reason}
+                      words={answer.words}
                     />
                   ))}
                 </td>
@@ -52,12 +52,4 @@ function Outcome({ verdict, words }) {
       <Verdict verdict={verdict} /> {words}
     </div>
   );
-}
-
-// Two digits of the standard uncertainty decide how many decimals tell anything.
-function valueOf({ value, unit, standard_uncertainty, interval95 }) {
-  if (!interval95) return `${value} ${unit}`;
-  const wanted = standard_uncertainty > 0 ? 1 - Math.floor(Math.log10(standard_uncertainty)) : 4;
-  const text = (number) => number.toFixed(Math.min(Math.max(wanted, 0), 8));
-  return `${text(value)} ${unit} (${texts.interval(text(interval95[0]), text(interval95[1]), unit)})`;
 }

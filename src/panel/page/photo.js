@@ -12,7 +12,7 @@ const MEASURE_PATIENCE_MS = 120000; // a small computer beside the printer needs
 
 export const choosing = signal(false);
 export const choice = signal({ pattern: remembered("pattern", "trammel"), gcode: null, filament: "" });
-/** The photo on the screen: {step: sending|measuring|failed|done, file, sent, total, error, at, result, used}. */
+/** The photo on the screen: {step: sending|measuring|failed|done, file, sent, total, error, at, result, filament, used}. */
 export const photo = signal(null);
 /** The measured photos of this visit, newest first. They outlast a reload: phones reload pages behind the camera. */
 export const tries = signal(triesOfVisit());
@@ -79,9 +79,9 @@ export async function measurePhoto(file) {
     }
     show({ step: "measuring", sent: total });
     // The file that was printed names its own pattern.
-    const result = await measure({ run, ...(gcode ? {} : { pattern }), ...(filament ? { filament } : {}) });
+    const result = await measure({ run, ...(gcode ? {} : { pattern }) });
     if (mine.signal.aborted) return;
-    const done = { step: "done", at: Date.now(), result, used: null };
+    const done = { step: "done", at: Date.now(), result, filament, used: null };
     keep(done);
     readHistory();
     const words = result.verdict === "good" ? texts.measured : texts.notMeasured;
@@ -114,6 +114,7 @@ function linkUp() {
 
 export async function use() {
   const mine = photo.value;
-  const answer = await act("use", { run: mine.result.run });
+  const { run } = mine.result;
+  const answer = await act("use", { run, ...(mine.filament && { filament: mine.filament }) });
   if (answer && photo.value === mine) keep({ ...mine, used: answer.run });
 }

@@ -136,7 +136,6 @@ export const texts = {
   noHistory: "No results yet.",
   columns: ["When", "What", "Result", "Set"],
   set: "✓ set",
-  interval: (low, high, unit) => `95 %: ${low} to ${high} ${unit}`,
   openPanel: "Open the whole panel",
   version: (version) => `trammel ${version}`,
 };
