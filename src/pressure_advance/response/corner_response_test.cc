@@ -47,6 +47,8 @@ TEST(CornerResponse, CrossesZeroAtTheRightValueInsideItsInterval) {
 TEST(CornerResponse, GivesNoNumberOutsideOfTheRangeOrWithoutAResponse) {
   const Analysis above = FitCorners(Corners(0.1, 0.05, 1), kMotion);
   EXPECT_EQ(above.pressure_advance.verdict(), Verdict::kCannotTell);
+  EXPECT_THAT(FitCorners(Corners(0.003, 0.05, 1), kMotion).pressure_advance.reason(),
+              HasSubstr("corners do not tell so low a value"));
   std::vector<CornerSurplus> flat = Corners(0.04, 0.05, 2), rising = flat;
   for (CornerSurplus& corner : flat)
     corner.surplus_mm = corner.pressure_advance_s > 0.04 ? 0.05 : -0.05;
