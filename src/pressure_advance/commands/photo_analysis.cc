@@ -141,9 +141,10 @@ std::string TakeNumbers(const pressure_advance::LabelReading& reading, bool corn
   notices.push_back(fmt::format("the printed numbers say {} in {} steps of {:.4g} s",
                                 RangeText(read_s), read_s.size() - 1, read_s[1] - read_s[0]));
   notices.push_back(
-      corners ? std::string("the corners' speed and acceleration are not known; --gcode tells them")
+      corners ? std::string("the corners' speed and acceleration are not known: the file that "
+                            "printed them has both (--gcode)")
               : fmt::format("the lines' speeds are not known: {:g} and {:g} mm/s were taken; "
-                            "--gcode tells them",
+                            "the file that printed them has them (--gcode)",
                             plan.segments[0].speed_mm_s, plan.segments[1].speed_mm_s));
   return {};
 }
@@ -402,9 +403,9 @@ AnalysisRun AnalysePhoto(OpenPhoto& photo, const PhotoPlan& plan) {
     return RefusedRun(fmt::format(
         "{}: the lines of this pattern were printed to and fro, which is not read; print them all "
         "in one direction",
-        photo.file.string()));
+        photo.file.filename().string()));
   }
-  return AnalysePicture(photo.search, photo.file.string(), plan);
+  return AnalysePicture(photo.search, photo.file.filename().string(), plan);
 }
 
 }  // namespace trammel::app
