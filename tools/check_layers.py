@@ -19,7 +19,7 @@ COMMON = {
     "machine": {"base", "files", "geometry", "image"},
     "session": {"base", "files", "machine", "settings"},
     "service": {"base", "files", "machine", "measurement", "session", "settings"},
-    "panel": {"base", "files", "gcode", "machine", "measurement", "service"},
+    "panel": {"base", "document", "files", "gcode", "machine", "measurement", "service"},
     "sim": {"base", "files", "geometry", "image"},
 }
 PURE = {"base", "geometry", "signal", "vision", "gcode", "settings"}

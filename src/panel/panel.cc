@@ -9,6 +9,7 @@
 #include "base/bounded_json.h"
 #include "base/json_text.h"
 #include "base/url_secrets.h"
+#include "document/interval_text.h"
 #include "files/whole_file.h"
 #include "panel/page_files.h"
 
@@ -68,6 +69,22 @@ Result<std::string> TextOf(const json& params, const char* key) {
 
 RpcAnswer Invalid(const std::string& message) {
   return RpcAnswer::Refused(service::kInvalidParameters, message);
+}
+
+// Adds the text of each answer of a history, as on every screen and page.
+void AddWords(json& history) {
+  for (json& result : history.at("results")) {
+    for (json& answer : result.at("answers")) {
+      answer["words"] = answer.at("reason");
+      if (answer.at("verdict") != ToString(Verdict::kGood)) continue;
+      const report::IntervalStyle style{.unit = answer.at("unit").get<std::string>(),
+                                        .signs = result.at("instrument") == "tool_offset"};
+      const json& interval = answer.at("interval95");
+      answer["words"] =
+          report::WithInterval(answer.at("value").get<double>(),
+                               {interval[0].get<double>(), interval[1].get<double>()}, style);
+    }
+  }
 }
 
 json ErrorObject(int code, const std::string& message) {
@@ -187,7 +204,9 @@ RpcAnswer Panel::Call(const std::string& method, json params) {
   service::JobServer& printer = *printers_[index];
   if (method == "emergency_stop") return printer.EmergencyStop();
   if (method == "measure" || method == "use") return CallOfPhoto(method, params, printer);
-  return printer.Answer(method, params);
+  RpcAnswer answer = printer.Answer(method, params);
+  if (method == "history" && answer.kind == RpcAnswer::Kind::kResult) AddWords(answer.result);
+  return answer;
 }
 
 RpcAnswer Panel::CallOfPhoto(const std::string& method, const json& params,

@@ -137,7 +137,7 @@ TEST_F(PanelTest, MeasuresAnUploadedPhotoAndShowsItsPicture) {
               StartsWith("HTTP/1.1 200"));
   const json answer = Ask("measure", {{"run", kRun}, {"pattern", "orca-line"}}).at("result");
   EXPECT_EQ(answer["verdict"], "good");
-  EXPECT_EQ(answer["words"], "0.0172 s (95 %: 0.0164 to 0.0180 s)");
+  EXPECT_EQ(answer["words"], "0.01720 s (95 %: 0.01640 to 0.01800 s)");
   EXPECT_EQ(answer["value_s"], 0.0172);
   EXPECT_THAT(answer["pictures"], ElementsAre("answer.png"));
   EXPECT_THAT(answer["lines"].dump(), AllOf(HasSubstr("SET_PRESSURE_ADVANCE ADVANCE=0.0172"),
@@ -146,6 +146,8 @@ TEST_F(PanelTest, MeasuresAnUploadedPhotoAndShowsItsPicture) {
               AllOf(HasSubstr("photo.jpg\n"), HasSubstr("--gcode="), HasSubstr("pattern.gcode")));
   EXPECT_THAT(Get("/runs/" + std::string(kRun) + "/answer.png"),
               AllOf(StartsWith("HTTP/1.1 200"), HasSubstr("image/png"), HasSubstr("picture")));
+  const json result = Ask("history", {{"last", 1}}).at("result").at("results")[0];
+  EXPECT_EQ(result.at("answers")[0].at("words"), "0.01720 s (95 %: 0.01640 to 0.01800 s)");
   // A second photo within the second, and one measured again.
   EXPECT_THAT(Post("/photos", "image/png", "other"), HasSubstr(std::string(kRun) + "-2"));
   Result(Measured::Refused("too dark: more light"));
@@ -153,6 +155,8 @@ TEST_F(PanelTest, MeasuresAnUploadedPhotoAndShowsItsPicture) {
   EXPECT_EQ(again["verdict"], "refused");
   EXPECT_EQ(again["words"], "too dark: more light");
   EXPECT_THAT(again["lines"], IsEmpty());
+  const json refused = Ask("history", {{"last", 1}}).at("result").at("results")[0];
+  EXPECT_EQ(refused.at("answers")[0].at("words"), "too dark: more light");
 }
 
 TEST_F(PanelTest, SaysWhyAPhotoIsNotMeasured) {

@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "document/interval_text.h"
 #include "files/new_file.h"
 #include "gcode/dialect.h"
 #include "machine/net/command_process.h"
@@ -26,6 +27,7 @@ constexpr std::pair<std::string_view, std::string_view> kEndings[] = {{"image/jp
                                                                       {"image/webp", ".webp"},
                                                                       {"image/heic", ".heic"},
                                                                       {"image/heif", ".heic"}};
+constexpr const char* kOwnPattern = "trammel";  // found by the plan of the last print
 constexpr const char* kReport = "report.html";
 constexpr const char* kQuantity = "pressure_advance";
 constexpr std::array kPictures{"answer.png", "photo.png", "response.png", "profiles.png"};
@@ -78,8 +80,7 @@ json Described(const std::string& run, const fs::path& folder,
     const Quantity& quantity = found->value.quantity();
     answer["value_s"] = quantity.value;
     answer["interval95_s"] = {quantity.interval95.lo, quantity.interval95.hi};
-    answer["words"] = fmt::format("{:.4f} s (95 %: {:.4f} to {:.4f} s)", quantity.value,
-                                  quantity.interval95.lo, quantity.interval95.hi);
+    answer["words"] = report::WithInterval(quantity, report::kSeconds);
     answer["lines"] = LinesFor(quantity.value);
   }
   std::error_code ignored;
@@ -155,7 +156,7 @@ Result<json> PhotoRuns::Measure(const std::string& run, const std::string& patte
   words.push_back("--figures=" + (folder / kFigures).string());
   if (const fs::path gcode = GcodeIn(folder); !gcode.empty()) {
     words.push_back("--gcode=" + gcode.string());
-  } else if (!pattern.empty()) {
+  } else if (!pattern.empty() && pattern != kOwnPattern) {
     words.push_back("--pattern=" + pattern);
   }
   const auto process = TRY(machine::CommandProcess::Start(words));

@@ -35,7 +35,8 @@ class PhotoRuns {
   /// Stores the slicer's file of what a photo shows: G-code, or a 3MF that holds it.
   [[nodiscard]] Result<void> AddGcode(const std::string& run, std::string_view bytes);
 
-  /// Measures a photo. @param pattern  as of `trammel pa photo --pattern`; empty: found
+  /// Measures a photo. @param pattern  as of `trammel pa photo --pattern`; empty or "trammel": by
+  /// the plan of the last print
   /// @returns the verdict, the answer in words and numbers, the lines that set it, and the names of
   /// pictures (docs/howto/serve.md). Errors: no such run; the photo is no picture.
   [[nodiscard]] Result<nlohmann::json> Measure(const std::string& run, const std::string& pattern,

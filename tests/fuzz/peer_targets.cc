@@ -23,6 +23,8 @@
 #include "machine/moonraker/webcam_list.h"
 #include "machine/net/http.h"
 #include "machine/scanner/scanner.h"
+#include "panel/guard.h"
+#include "panel/http_server.h"
 #include "service/job_record.h"
 #include "service/job_server.h"
 #include "session/screen.h"
@@ -305,6 +307,27 @@ FUZZ_TARGET(serve_request)(std::string_view text) {
     Require(answer.kind == machine::RpcAnswer::Kind::kResult && !answer.result.is_null(),
             "an answer is a result or an error");
   }
+}
+
+// The head of a browser's request to the panel: method, host, origin, content type, path, address.
+FUZZ_TARGET(panel_request)(std::string_view text) {
+  const auto parts = Parts(text, 6);
+  const panel::RequestHead head{
+      .method = parts[0], .host = parts[1], .origin = parts[2], .content_type = parts[3]};
+  const auto denial = panel::CheckRequest(head, {});
+  Require(!denial || (denial->status >= 400 && !denial->message.empty()), "a refusal says why");
+  if (!denial) {
+    const std::string policy = panel::ContentSecurityPolicy(panel::HostName(head.host));
+    Require(policy.find('\n') == std::string::npos && policy.find('\r') == std::string::npos,
+            "a header is one line");
+  }
+  panel::HttpRequest request;
+  if (panel::ParseTarget(parts[4], request)) {
+    Require(request.path.starts_with('/') && request.path.find("..") == std::string::npos &&
+                request.path.find('\0') == std::string::npos,
+            "a path stays below the root");
+  }
+  (void)panel::IsNearby(parts[5]);
 }
 
 // Stored state of a printer in a service, and its jobs' progress lines.
