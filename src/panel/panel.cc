@@ -203,6 +203,9 @@ RpcAnswer Panel::Call(const std::string& method, json params) {
   }
   service::JobServer& printer = *printers_[index];
   if (method == "emergency_stop") return printer.EmergencyStop();
+  if (method == "setup" || method == "set_up" || method == "undo_set_up") {
+    return printer.SetUp(method, stop_);
+  }
   if (method == "measure" || method == "use") return CallOfPhoto(method, params, printer);
   RpcAnswer answer = printer.Answer(method, params);
   if (method == "history" && answer.kind == RpcAnswer::Kind::kResult) AddWords(answer.result);

@@ -78,6 +78,11 @@ class JobServer {
   /// Stops motion and heaters at once, past everything that runs.
   [[nodiscard]] machine::RpcAnswer EmergencyStop();
 
+  /// Answers `setup` (missing macros and sections, and the changes that would be made), `set_up`
+  /// and `undo_set_up` (service/printer_setup.h). The last two restart the firmware: refused while
+  /// anything runs or is hot. May take minutes; any thread but the connection's.
+  [[nodiscard]] machine::RpcAnswer SetUp(const std::string& method, const std::stop_token& stop);
+
   /// Receives "run", with the run, at each of its changes, and "changed" when the answer that waits
   /// may be another. Called from any thread, under a lock: it must not call the server.
   using EventCallback = std::function<void(const std::string& event, nlohmann::json data)>;
@@ -126,6 +131,7 @@ class JobServer {
   [[nodiscard]] nlohmann::json PrinterNow() const;
   [[nodiscard]] nlohmann::json ProposalNow() const;
   [[nodiscard]] std::string BlockerOf(const JobKind& kind) const;
+  [[nodiscard]] std::string RestartBlocker(const machine::PrinterState& state) const;
 
   // job_server.cc
   [[nodiscard]] const JobKind* FindJob(const std::string& name) const;

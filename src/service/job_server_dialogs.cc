@@ -7,6 +7,7 @@
 #include "base/url_secrets.h"
 #include "machine/net/host_clock.h"
 #include "service/job_server.h"
+#include "service/macros.h"
 
 namespace trammel::service {
 namespace {
@@ -21,7 +22,6 @@ constexpr std::size_t kMaxWords = 100;  // while the printer cannot hear them
 constexpr std::size_t kLongestArgument = 200;
 
 constexpr const char* kToken = "token";
-constexpr const char* kStartMacro = "_TRAMMEL_START";
 
 // Reads a macro's accepted arguments; omits empty texts.
 Arguments ArgumentsOf(const json& called, const std::vector<std::string>& names) {
@@ -168,12 +168,12 @@ void JobServer::AnswerConfirmed(const Call& call) {
 }
 
 bool JobServer::HasOurMacros() {
-  const auto known = printer_->HasCommand(kStartMacro, {kCommand_s, stop_});
+  const auto known = printer_->HasCommand(kLatestMacro, {kCommand_s, stop_});
   if (!known || *known) return true;  // a printer that does not tell shows what it can
   Show({fmt::format("no calibration: trammel.cfg on the printer is older than this trammel and has "
                     "no {}. Copy the one of this trammel (klipper/trammel.cfg) beside printer.cfg, "
                     "then FIRMWARE_RESTART",
-                    kStartMacro),
+                    kLatestMacro),
         procedure::Buttons::kClose},
        false);
   return false;

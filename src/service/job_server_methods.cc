@@ -5,9 +5,11 @@
 #include <utility>
 
 #include "base/url_secrets.h"
+#include "files/new_file.h"
 #include "measurement/history.h"
 #include "measurement/outcome_file.h"
 #include "service/job_server.h"
+#include "service/printer_setup.h"
 #include "session/session.h"
 
 namespace trammel::service {
@@ -245,6 +247,49 @@ RpcAnswer JobServer::EmergencyStop() {
   if (printer == nullptr) return RpcAnswer::Refused(kRefused, "the printer is not connected");
   const auto stopped = printer->EmergencyStop({kPatience_s});
   return stopped ? Ok(json::object()) : RpcAnswer::Refused(kRefused, stopped.error().message);
+}
+
+// Returns why the firmware may not be restarted now; empty: it may.
+std::string JobServer::RestartBlocker(const machine::PrinterState& state) const {
+  {
+    const std::lock_guard lock(mutex_);
+    if (process_) return fmt::format("at work on {}", run_->id);
+  }
+  if (std::string job = procedure::OthersJob(state, {}); !job.empty()) return job;
+  for (const auto& [name, heater] : state.heaters) {
+    if (heater.target_c > 0)
+      return fmt::format("{} is on, and a restart would switch it off", name);
+  }
+  return {};
+}
+
+RpcAnswer JobServer::SetUp(const std::string& method, const std::stop_token& stop) {
+  constexpr double kPatience_s = 10;
+  const std::shared_lock use(using_printer_);
+  machine::Printer* printer = nullptr;
+  {
+    const std::lock_guard lock(mutex_);
+    printer = printer_;
+  }
+  if (printer == nullptr) return RpcAnswer::Refused(kRefused, "the printer is not connected");
+  const fs::path note =
+      options_.state_folder /
+      fmt::format("setup-{}.json", state_path_.stem().string());  // by the address, as the state
+  const auto refused = [](const Error& error) {
+    return RpcAnswer::Refused(kRefused, error.message);
+  };
+  if (method != "setup") {
+    if (const std::string blocker = RestartBlocker(printer->LastState()); !blocker.empty()) {
+      return RpcAnswer::Refused(kBusy, blocker);
+    }
+    const auto lock = files::FileLock::Take(lock_path_, "trammel serve sets up the printer");
+    if (!lock) return RpcAnswer::Refused(kBusy, lock.error().message);
+    const auto done =
+        method == "set_up" ? SetUpPrinter(*printer, note, stop) : UndoSetUp(*printer, note, stop);
+    if (!done) return refused(done.error());
+  }
+  const auto setup = LookAtSetup(*printer, note, {kPatience_s, stop});
+  return setup ? Ok(service::JsonOf(*setup)) : refused(setup.error());
 }
 
 RpcAnswer JobServer::StopAsked(const json& params) {

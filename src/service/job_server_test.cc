@@ -558,6 +558,18 @@ TEST_F(JobServerTest, AnEmergencyStopReachesAConnectedPrinter) {
   EXPECT_TRUE(printer_.stopped);
 }
 
+TEST_F(JobServerTest, SetsAPrinterUpOnlyWhileItIsColdAndIdle) {
+  EXPECT_EQ(job_server_->SetUp("setup", {}).code, kRefused) << "not connected";
+  Serve();
+  EXPECT_EQ(job_server_->SetUp("setup", {}).result.at("has_macros"), true);
+  printer_.state.heaters["extruder"].target_c = 200;
+  EXPECT_THAT(job_server_->SetUp("set_up", {}).message, HasSubstr("extruder is on"));
+  printer_.state.heaters.clear();
+  printer_.state.print_state = "printing";
+  EXPECT_EQ(job_server_->SetUp("undo_set_up", {}).code, kBusy);
+  EXPECT_TRUE(printer_.config_files.empty());
+}
+
 TEST_F(JobServerTest, APrinterHasOneNameInTheHistoryWhateverItsAddress) {
   const fs::path recordings = folder_.path() / "recordings";
   for (const char* printer :

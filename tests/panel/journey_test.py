@@ -401,6 +401,16 @@ class BrokenServer(Page):
         self.browser.wait_for("#run")
         self.stop_run()
 
+    def test_a_printer_is_set_up_and_back(self):
+        page = self.browser
+        page.wait_text("#setup", "new first line: [include trammel.cfg]")
+        self.shot("setup")
+        for button, there in (("#set-up", "#undo-set-up"), ("#undo-set-up", "#set-up")):
+            page.click(button)
+            page.click("#setup dialog[open] .primary")
+            page.wait_for(there)
+        page.wait_text("#status", "Done")
+
     def test_a_gcode_is_sent_and_named_until_removed(self):
         page = self.browser
         with tempfile.NamedTemporaryFile(suffix=".gcode") as gcode:

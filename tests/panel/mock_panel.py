@@ -38,7 +38,7 @@ class Panel:
     def __init__(self):
         self.lock, self.watchers, self.faults, self.photos = threading.RLock(), [], {}, {}
         self.seq = self.number = 0
-        self.printers = [{"in_force": force, "run": None, "proposal": None} for force in ("0.0450 s", "0.0200 s")]
+        self.printers = [{"in_force": force, "run": None, "proposal": None, "setup": False} for force in ("0.0450 s", "0.0200 s")]
         self.results = [result("0.0412"), result("0.0450", applied=True), result("")]
 
     def notify(self, method, printer, **params):
@@ -100,6 +100,11 @@ class Panel:
             waited, here["proposal"] = here["proposal"], None
             self.notify("changed", printer)
             return {"dismissed": waited is not None}
+        if "set" in method:
+            here["setup"] = {"set_up": True, "undo_set_up": False}.get(method, here["setup"])
+            changes = [{"file": "printer.cfg", "change": "new first line: [include trammel.cfg]"}]
+            return {"has_macros": here["setup"], "can_undo": here["setup"], "changes": [] if here["setup"] else changes,
+                    "missing": [{"section": "[respond]", "purpose": "dialogs"}]}
         if method == "history":
             return {"results": self.results[: params["last"]]}
         if method == "measure":

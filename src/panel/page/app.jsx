@@ -3,6 +3,7 @@ import { History } from "./history.jsx";
 import { Jobs } from "./jobs.jsx";
 import { Now } from "./now.jsx";
 import { Photo } from "./photo.jsx";
+import { Setup } from "./setup.jsx";
 import { embedded, link, said, status } from "./state.js";
 import { texts } from "./texts.js";
 import { Tries } from "./tries.jsx";
@@ -22,6 +23,7 @@ export function App() {
       </div>
       {!embedded && (
         <div class="more">
+          <Setup />
           <History />
           {status.value && <p class="small">{texts.version(status.value.version)}</p>}
         </div>

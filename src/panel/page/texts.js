@@ -132,6 +132,17 @@ export const texts = {
   materialOfSettings: "as in the settings",
   materials: ["pla", "petg", "abs", "asa", "tpu", "pc", "pa"],
 
+  setup: "Set-up of the printer",
+  setupWhy: "The printer lacks trammel's macros: buttons on its own screen, and the limits by which Klipper itself switches heaters off.",
+  setUp: "Set the printer up",
+  setUpDetail: "The files above are changed through Moonraker, and Klipper restarts. You can take it back here.",
+  undoSetUp: "Take the set-up back",
+  undoDetail: "The files become as they were before, and Klipper restarts.",
+  restartYes: "Change and restart",
+  restarting: "Klipper restarts: up to a minute",
+  setUpDone: "Done",
+  missing: (count) => `printer.cfg lacks ${count === 1 ? "a section" : `${count} sections`} that trammel can use`,
+
   history: "History",
   noHistory: "No results yet.",
   columns: ["When", "What", "Result", "Set"],
