@@ -33,7 +33,7 @@ struct Section {
   const char* name;
   const char* purpose;
 };
-// What klipper/README.md lists beside the macros.
+// Sections listed in klipper/README.md beside the macros.
 constexpr Section kSections[] = {{"virtual_sdcard", "prints: without it no pattern can be printed"},
                                  {"pause_resume", "cancelling a print that ends early"},
                                  {"display_status", "messages on the printer's display"},
@@ -202,7 +202,7 @@ Result<void> SetUpPrinter(Printer& printer, const fs::path& path, const std::sto
   auto printer_cfg = TRY(FileOf(printer, kPrinterFile, limit));
   if (!printer_cfg) return Fail("there is no printer.cfg in the folder that Moonraker serves");
   Note note{*printer_cfg, WithInclude(*printer_cfg), TRY(FileOf(printer, kMacroFile, limit))};
-  // Of two changes the first one's files are those to go back to.
+  // The files to go back to are those before the first of several changes.
   if (auto earlier = ReadNote(path); earlier && earlier->after == note.before) {
     note.before = std::move(earlier->before);
     note.macros = std::move(earlier->macros);
