@@ -107,7 +107,7 @@ struct Copy {
 }  // namespace
 
 Result<void> MakeRoomForRun(const fs::path& recordings, const std::string& utc_now,
-                            const RunBudget& budget) {
+                            std::string_view kind, const RunBudget& budget) {
   constexpr std::size_t kDay = std::string_view("20260102").size();
   const std::string today = CompactUtc(utc_now).substr(0, kDay);
   std::size_t runs = 0;
@@ -119,7 +119,8 @@ Result<void> MakeRoomForRun(const fs::path& recordings, const std::string& utc_n
     std::error_code gone;
     const std::string time = TimeOfRun(folder->path().filename().string());
     if (time.empty() || !fs::is_directory(folder->symlink_status(gone))) continue;
-    runs += time.starts_with(today) ? 1 : 0;
+    const bool uploaded = folder->path().filename().string().starts_with(kUpload);
+    runs += uploaded == (kind == kUpload) && time.starts_with(today) ? 1 : 0;
     for (fs::directory_iterator file(folder->path(), gone); !gone && file != end;
          file.increment(gone)) {
       std::error_code lost;
@@ -131,7 +132,7 @@ Result<void> MakeRoomForRun(const fs::path& recordings, const std::string& utc_n
       bytes += size;
     }
   }
-  if (runs >= budget.max_runs_a_day) {
+  if (runs >= (kind == kUpload ? budget.max_uploads_a_day : budget.max_runs_a_day)) {
     return Fail(fmt::format("{} runs were begun today, and no more are taken of clients: go on "
                             "tomorrow, or on the command line",
                             runs),

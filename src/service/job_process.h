@@ -8,6 +8,7 @@
 #include <memory>
 #include <mutex>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "base/result.h"
@@ -49,15 +50,20 @@ class JobProcess {
 
 struct RunBudget {
   std::size_t max_runs_a_day = 200;                           ///< with a folder
+  std::size_t max_uploads_a_day = 1000;                       ///< likewise, of a page
   std::uintmax_t max_copied_bytes = std::uintmax_t{2} << 30;  ///< total uploads, all runs
 };
 
-/// Checks that one more run may begin, and removes copies of uploads (photo.jpg, scan-2.pdf), the
-/// oldest first, until all fit the budget. Only enters folders with the names of runs, and follows
-/// no link.
+/// Kind in the names of the folders that a page uploads into: upload-20260102T030405Z.
+inline constexpr std::string_view kUpload = "upload";
+
+/// Checks that one more run of a kind may begin, and removes copies of uploads (photo.jpg,
+/// scan-2.pdf), the oldest first, until all fit the budget. Only enters folders with the names of
+/// runs, and follows no link.
 /// @param utc_now  ISO 8601, ending in Z
 /// Errors (kMeasurement): the day's number of runs is reached.
 [[nodiscard]] Result<void> MakeRoomForRun(const std::filesystem::path& recordings,
-                                          const std::string& utc_now, const RunBudget& budget = {});
+                                          const std::string& utc_now, std::string_view kind,
+                                          const RunBudget& budget = {});
 
 }  // namespace trammel::service

@@ -22,7 +22,7 @@ class RunBudgetTest : public testing::Test {
     return folder_.path() / name / file;
   }
   Result<void> MakeRoom(const RunBudget& budget) const {
-    return MakeRoomForRun(folder_.path(), "2026-01-02T12:00:00Z", budget);
+    return MakeRoomForRun(folder_.path(), "2026-01-02T12:00:00Z", "photo", budget);
   }
 
   test::TemporaryFolder folder_;

@@ -117,7 +117,7 @@ std::string JobServer::NewRunId(const std::string& job) const {
 
 Result<RunRecord> JobServer::Begin(Plan plan) {
   if (plan.folder.empty()) {
-    TRY(MakeRoomForRun(options_.recordings, options_.utc_now()));
+    TRY(MakeRoomForRun(options_.recordings, options_.utc_now(), plan.job));
   }
   if (const std::string holder = WhoHasThePrinter(); !holder.empty()) {
     const std::lock_guard lock(mutex_);
@@ -134,6 +134,7 @@ Result<RunRecord> JobServer::Begin(Plan plan) {
                 ErrorKind::kMachine);
   }
   last = std::move(worker_);
+  if (plan.proposal) proposal_ = std::move(plan.proposal);
   RunRecord run;
   run.id = NewRunId(plan.job);
   run.job = plan.job;

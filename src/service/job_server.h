@@ -2,6 +2,7 @@
 // reports its progress to all clients.
 #pragma once
 
+#include <atomic>
 #include <condition_variable>
 #include <deque>
 #include <filesystem>
@@ -119,6 +120,7 @@ class JobServer {
     std::string folder = {};  ///< empty: a new one
     const JobKind* kind = nullptr;
     bool applies = false;
+    std::optional<Proposal> proposal = {};  ///< takes the place of the answer that waits
   };
 
   // job_server_methods.cc
@@ -189,8 +191,9 @@ class JobServer {
   const std::filesystem::path state_path_;
   const std::filesystem::path lock_path_;
 
-  std::shared_mutex using_printer_;  // held while a thread besides Serve's calls the printer
-  mutable std::mutex mutex_;         // guards the members below, but screen_
+  std::atomic<bool> stopping_ = false;  // an emergency stop is under way
+  std::shared_mutex using_printer_;     // held while a thread besides Serve's calls the printer
+  mutable std::mutex mutex_;            // guards the members below, but screen_
   EventCallback on_event_;
   std::condition_variable_any called_;
   std::deque<Call> calls_;

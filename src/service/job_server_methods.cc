@@ -227,17 +227,14 @@ RpcAnswer JobServer::Use(Proposal proposal) {
     return RpcAnswer::Refused(kRefused, waiting->answer.why_not_set);
   }
   Plan plan{kApply, proposal.arguments, proposal.folder, waiting->kind, true};
-  {
-    const std::lock_guard lock(mutex_);
-    if (process_) return RpcAnswer::Refused(kBusy, fmt::format("at work on {}", run_->id));
-    proposal_ = std::move(proposal);
-    Keep();
-  }
+  plan.proposal = std::move(proposal);
   return Begun(Begin(std::move(plan)));
 }
 
 RpcAnswer JobServer::EmergencyStop() {
   constexpr double kPatience_s = 10;
+  if (stopping_.exchange(true)) return Ok(json::object());  // of an impatient hand
+  const std::shared_ptr<void> done(nullptr, [this](void*) { stopping_ = false; });
   const std::shared_lock use(using_printer_);
   machine::Printer* printer = nullptr;
   {
@@ -274,18 +271,17 @@ RpcAnswer JobServer::SetUp(const std::string& method, const std::stop_token& sto
   if (printer == nullptr) return RpcAnswer::Refused(kRefused, "the printer is not connected");
   const fs::path note =
       options_.state_folder /
-      fmt::format("setup-{}.json", state_path_.stem().string());  // by the address, as the state
+      fmt::format("setup-{}", state_path_.stem().string());  // by the address, as the state
   const auto refused = [](const Error& error) {
     return RpcAnswer::Refused(kRefused, error.message);
   };
+  const auto blocker = [&] { return RestartBlocker(printer->LastState()); };
   if (method != "setup") {
-    if (const std::string blocker = RestartBlocker(printer->LastState()); !blocker.empty()) {
-      return RpcAnswer::Refused(kBusy, blocker);
-    }
+    if (const std::string why = blocker(); !why.empty()) return RpcAnswer::Refused(kBusy, why);
     const auto lock = files::FileLock::Take(lock_path_, "trammel serve sets up the printer");
     if (!lock) return RpcAnswer::Refused(kBusy, lock.error().message);
-    const auto done =
-        method == "set_up" ? SetUpPrinter(*printer, note, stop) : UndoSetUp(*printer, note, stop);
+    const auto done = method == "set_up" ? SetUpPrinter(*printer, note, blocker, stop)
+                                         : UndoSetUp(*printer, note, blocker, stop);
     if (!done) return refused(done.error());
   }
   const auto setup = LookAtSetup(*printer, note, {kPatience_s, stop});

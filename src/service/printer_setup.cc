@@ -6,8 +6,6 @@
 #include <optional>
 #include <utility>
 
-#include "base/bounded_json.h"
-#include "base/json_text.h"
 #include "base/text.h"
 #include "files/new_file.h"
 #include "files/whole_file.h"
@@ -56,26 +54,34 @@ struct Note {
   std::optional<std::string> macros;  // absent: there were none
 };
 
-Result<Note> ReadNote(const fs::path& path) {
-  const auto text = files::ReadWholeFile(path, 4 * kMaxBytes);
-  if (!text) return Fail("nothing was set up by this service that could be taken back");
-  const auto object = TRY(ParseBoundedJson(*text, path.string()));
-  const auto is_text = [&](const char* key) {
-    return object.is_object() && object.contains(key) && object[key].is_string();
-  };
-  if (!is_text("before") || !is_text("after")) {
-    return Fail(path.string() + " holds no note of a set-up: remove it");
+constexpr const char* kBefore = "before.cfg";
+constexpr const char* kAfter = "after.cfg";
+constexpr const char* kMacrosBefore = "macros.cfg";
+
+Result<Note> ReadNote(const fs::path& folder) {
+  const auto before = files::ReadWholeFile(folder / kBefore, kMaxBytes);
+  const auto after = files::ReadWholeFile(folder / kAfter, kMaxBytes);
+  if (!before || !after) return Fail("nothing was set up by this service that could be taken back");
+  Note note{*before, *after, {}};
+  if (auto macros = files::ReadWholeFile(folder / kMacrosBefore, kMaxBytes)) {
+    note.macros = std::move(*macros);
   }
-  Note note{object["before"], object["after"], {}};
-  if (is_text("macros")) note.macros = object["macros"].get<std::string>();
   return note;
 }
 
-Result<void> WriteNote(const fs::path& path, const Note& note) {
-  const json object = {{"before", note.before},
-                       {"after", note.after},
-                       {"macros", note.macros ? json(*note.macros) : json()}};
-  return files::WriteWholeFile(path, JsonText(object), files::IfThere::kReplace);
+// Writes the files byte for byte; printer.cfg as it is left last, without which there is no note.
+Result<void> WriteNote(const fs::path& folder, const Note& note) {
+  std::error_code error;
+  fs::create_directories(folder, error);
+  if (error) return Fail(fmt::format("cannot make {}: {}", folder.string(), error.message()));
+  fs::remove(folder / kAfter, error);
+  const auto write = [&](const char* name, const std::string& text) {
+    return files::WriteWholeFile(folder / name, text, files::IfThere::kReplace);
+  };
+  fs::remove(folder / kMacrosBefore, error);
+  if (note.macros) TRY(write(kMacrosBefore, *note.macros));
+  TRY(write(kBefore, note.before));
+  return write(kAfter, note.after);
 }
 
 // Restarts the firmware, and waits for what becomes of it: at first it still reports the old state.
@@ -83,7 +89,8 @@ Result<void> Restart(Printer& printer, const std::stop_token& stop) {
   constexpr double kLeave_s = 5, kStep_s = 0.2;
   constexpr int kFaulty = 15;  // steps in an error: a restart passes through one
   using machine::PrinterReadiness;
-  TRY(printer.CallServer("printer.firmware_restart", json::object(), {kRestart_s, stop}));
+  TRY(printer.CallServer("printer.firmware_restart", json::object(), {kRestart_s, {}}));
+  if (stop.stop_requested()) return {};
   (void)printer.WaitUntil(
       [](const machine::PrinterState& state) {
         return state.readiness != PrinterReadiness::kReady;
@@ -197,43 +204,58 @@ Result<PrinterSetup> LookAtSetup(Printer& printer, const fs::path& note, const W
   return setup;
 }
 
-Result<void> SetUpPrinter(Printer& printer, const fs::path& path, const std::stop_token& stop) {
+namespace {
+
+Result<void> Upload(Printer& printer, const Note& note, const std::string& printer_cfg,
+                    const RestartBlockerCallback& blocker, const WaitLimit& limit) {
+  TRY(printer.UploadConfig(kMacroFile, kMacros, limit));
+  if (TRY(FileOf(printer, kPrinterFile, limit)) != printer_cfg) {
+    return Fail("printer.cfg was changed meanwhile: try again", ErrorKind::kMachine);
+  }
+  if (note.after != printer_cfg) TRY(printer.UploadConfig(kPrinterFile, note.after, limit));
+  if (const std::string why = blocker(); !why.empty()) return Fail(why, ErrorKind::kMachine);
+  return {};
+}
+
+}  // namespace
+
+Result<void> SetUpPrinter(Printer& printer, const fs::path& folder,
+                          const RestartBlockerCallback& blocker, const std::stop_token& stop) {
   const WaitLimit limit{kAsk_s, stop};
-  auto printer_cfg = TRY(FileOf(printer, kPrinterFile, limit));
+  const auto printer_cfg = TRY(FileOf(printer, kPrinterFile, limit));
   if (!printer_cfg) return Fail("there is no printer.cfg in the folder that Moonraker serves");
   Note note{*printer_cfg, WithInclude(*printer_cfg), TRY(FileOf(printer, kMacroFile, limit))};
   // The files to go back to are those before the first of several changes.
-  if (auto earlier = ReadNote(path); earlier && earlier->after == note.before) {
+  if (auto earlier = ReadNote(folder); earlier && earlier->after == note.before) {
     note.before = std::move(earlier->before);
     note.macros = std::move(earlier->macros);
   }
-  TRY(WriteNote(path, note));
-  auto done = printer.UploadConfig(kMacroFile, kMacros, limit);
-  if (done && note.after != *printer_cfg) {
-    done = printer.UploadConfig(kPrinterFile, note.after, limit);
-  }
-  if (done) done = Restart(printer, stop);
+  TRY(WriteNote(folder, note));
+  const auto uploaded = Upload(printer, note, *printer_cfg, blocker, limit);
+  const auto done = uploaded ? Restart(printer, stop) : uploaded;
   if (done) return {};
-  const WaitLimit unstoppable{kAsk_s, {}};
-  std::error_code ignored;
-  auto back = PutBack(printer, note, unstoppable);
-  if (back) back = Restart(printer, {});
+  auto back = PutBack(printer, note, {kAsk_s, {}});
+  if (back && uploaded) back = Restart(printer, stop);
   if (!back) {
     return Fail(
         fmt::format("{}; the files could not be taken back: {}. Remove '{}' from printer.cfg",
                     done.error().message, back.error().message, kInclude),
         ErrorKind::kMachine);
   }
-  fs::remove(path, ignored);
+  std::error_code ignored;
+  fs::remove_all(folder, ignored);
   return Fail("everything was taken back: " + done.error().message, ErrorKind::kMachine);
 }
 
-Result<void> UndoSetUp(Printer& printer, const fs::path& path, const std::stop_token& stop) {
-  const Note note = TRY(ReadNote(path));
+Result<void> UndoSetUp(Printer& printer, const fs::path& folder,
+                       const RestartBlockerCallback& blocker, const std::stop_token& stop) {
+  const Note note = TRY(ReadNote(folder));
   TRY(PutBack(printer, note, {kAsk_s, stop}));
   std::error_code ignored;
-  fs::remove(path, ignored);
-  const auto restarted = Restart(printer, stop);
+  fs::remove_all(folder, ignored);
+  const std::string why = blocker();
+  const auto restarted =
+      why.empty() ? Restart(printer, stop) : Result<void>(Fail(why, ErrorKind::kMachine));
   if (restarted) return {};
   return Fail(
       "the files are as they were before; restart Klipper yourself: " + restarted.error().message,

@@ -3,7 +3,9 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
 #include <nlohmann/json.hpp>
+#include <stop_token>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -41,23 +43,28 @@ struct PrinterSetup {
 /// Returns printer.cfg without the line that WithInclude added; unchanged if there is none.
 [[nodiscard]] std::string WithoutInclude(std::string_view printer_cfg);
 
-/// Reads what a printer lacks. @param note  the service's note of an earlier change
+/// Returns why the firmware may not be restarted now; empty: it may.
+using RestartBlockerCallback = std::function<std::string()>;
+
+/// Reads what a printer lacks. @param note  folder with the service's note of an earlier change
 /// Errors: kMachine; kInput: printer.cfg cannot be read.
 [[nodiscard]] Result<PrinterSetup> LookAtSetup(machine::Printer& printer,
                                                const std::filesystem::path& note,
                                                const machine::WaitLimit& limit);
 
 /// Uploads trammel.cfg, includes it in printer.cfg, and restarts the firmware; notes the files as
-/// they were first. Where the firmware does not become ready, takes everything back.
-/// REQUIRES an idle printer. Errors: kMachine, kInput; the printer is then as before, or the
-/// message names what is not.
+/// they were first. Where the firmware does not become ready, or `blocker` has a reason meanwhile,
+/// takes everything back. Errors: kMachine, kInput; the printer is then as before, or the message
+/// names what is not.
 [[nodiscard]] Result<void> SetUpPrinter(machine::Printer& printer,
                                         const std::filesystem::path& note,
+                                        const RestartBlockerCallback& blocker,
                                         const std::stop_token& stop);
 
 /// Restores both files byte for byte and restarts the firmware. A printer.cfg that was changed
 /// since loses the line of the include alone. Errors: kInput: nothing is noted; kMachine.
 [[nodiscard]] Result<void> UndoSetUp(machine::Printer& printer, const std::filesystem::path& note,
+                                     const RestartBlockerCallback& blocker,
                                      const std::stop_token& stop);
 
 }  // namespace trammel::service

@@ -52,8 +52,10 @@ class PrinterSetupTest : public ::testing::Test {
   }
 
   test::TemporaryFolder folder_;
-  const std::filesystem::path note_ = folder_.path() / "note.json";
+  const std::filesystem::path note_ = folder_.path() / "note";
   procedure::testing::FakePrinter printer_;
+  std::string blocker_;
+  const RestartBlockerCallback free_ = [this] { return blocker_; };
   int restarts_ = 0;
   bool breaks_ = false;
 };
@@ -88,7 +90,7 @@ TEST_F(PrinterSetupTest, NamesWhatIsMissingAndChangesNothing) {
 }
 
 TEST_F(PrinterSetupTest, SetsUpAndGoesBackByteForByte) {
-  ASSERT_TRUE(SetUpPrinter(printer_, note_, {}));
+  ASSERT_TRUE(SetUpPrinter(printer_, note_, free_, {}));
   EXPECT_EQ(printer_.config_files["trammel.cfg"], kMacros);
   EXPECT_EQ(printer_.config_files["printer.cfg"],
             std::string("[include trammel.cfg]\r\n") + kConfig);
@@ -96,27 +98,27 @@ TEST_F(PrinterSetupTest, SetsUpAndGoesBackByteForByte) {
   const PrinterSetup setup = Look();
   EXPECT_TRUE(setup.has_macros && setup.can_undo);
   EXPECT_THAT(setup.changes, IsEmpty());
-  ASSERT_TRUE(UndoSetUp(printer_, note_, {}));
+  ASSERT_TRUE(UndoSetUp(printer_, note_, free_, {}));
   EXPECT_EQ(printer_.config_files["printer.cfg"], kConfig);
   EXPECT_EQ(printer_.config_files.count("trammel.cfg"), 0U);
   EXPECT_FALSE(Look().can_undo);
-  EXPECT_FALSE(UndoSetUp(printer_, note_, {}));
+  EXPECT_FALSE(UndoSetUp(printer_, note_, free_, {}));
 }
 
 TEST_F(PrinterSetupTest, KeepsWhatTheOwnerChangedSinceAndTheMacrosThatWereThere) {
-  printer_.config_files["trammel.cfg"] = "# old\n";
+  printer_.config_files["trammel.cfg"] = "# old \xb0\n";  // Latin-1
   EXPECT_THAT(Look().changes[0].change, HasSubstr("the old one is kept"));
-  ASSERT_TRUE(SetUpPrinter(printer_, note_, {}));
-  ASSERT_TRUE(SetUpPrinter(printer_, note_, {})) << "twice, as of two pages";
+  ASSERT_TRUE(SetUpPrinter(printer_, note_, free_, {}));
+  ASSERT_TRUE(SetUpPrinter(printer_, note_, free_, {})) << "twice, as of two pages";
   printer_.config_files["printer.cfg"] += "[fan]\r\n";
-  ASSERT_TRUE(UndoSetUp(printer_, note_, {}));
+  ASSERT_TRUE(UndoSetUp(printer_, note_, free_, {}));
   EXPECT_EQ(printer_.config_files["printer.cfg"], std::string(kConfig) + "[fan]\r\n");
-  EXPECT_EQ(printer_.config_files["trammel.cfg"], "# old\n");
+  EXPECT_EQ(printer_.config_files["trammel.cfg"], "# old \xb0\n");
 }
 
 TEST_F(PrinterSetupTest, TakesEverythingBackWhereKlipperDoesNotStart) {
   breaks_ = true;
-  const auto done = SetUpPrinter(printer_, note_, {});
+  const auto done = SetUpPrinter(printer_, note_, free_, {});
   ASSERT_FALSE(done);
   EXPECT_THAT(done.error().message,
               AllOf(HasSubstr("everything was taken back"), HasSubstr("did not start")));
@@ -124,6 +126,16 @@ TEST_F(PrinterSetupTest, TakesEverythingBackWhereKlipperDoesNotStart) {
   EXPECT_EQ(printer_.config_files.count("trammel.cfg"), 0U);
   EXPECT_EQ(restarts_, 2);
   EXPECT_FALSE(Look().can_undo);
+}
+
+TEST_F(PrinterSetupTest, RestartsNothingIntoAPrintThatBeganMeanwhile) {
+  blocker_ = "the printer is printing";
+  const auto done = SetUpPrinter(printer_, note_, free_, {});
+  ASSERT_FALSE(done);
+  EXPECT_THAT(done.error().message, HasSubstr("is printing"));
+  EXPECT_EQ(printer_.config_files["printer.cfg"], kConfig);
+  EXPECT_EQ(printer_.config_files.count("trammel.cfg"), 0U);
+  EXPECT_EQ(restarts_, 0);
 }
 
 }  // namespace
