@@ -1,6 +1,7 @@
 #include "app/serve_command.h"
 
 #include <fmt/format.h>
+#include <malloc.h>
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
@@ -143,7 +144,16 @@ Result<std::unique_ptr<panel::Panel>> OpenPanel(const ServeArguments& arguments,
   return opened;
 }
 
+// Returns the memory of large blocks at once: a service waits for days, and no picture is measured
+// in it.
+void ReturnMemory() {
+  constexpr int kLarge = 128 << 10;  // glibc's defaults, which RunProgram raises for pictures
+  mallopt(M_MMAP_THRESHOLD, kLarge);
+  mallopt(M_TRIM_THRESHOLD, kLarge);
+}
+
 Result<int> RunServe(const ServeArguments& arguments, const service::Offerings& offered) {
+  ReturnMemory();
   const Interrupt interrupt;
   const auto places = TRY(PlacesOf(arguments));
   if (!arguments.ask.empty()) return AskService(arguments, places.front(), interrupt.token());

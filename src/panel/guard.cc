@@ -67,7 +67,9 @@ std::string HostName(std::string_view host) {
   constexpr std::size_t kLongest = 253;  // of a name in DNS
   if (host.starts_with('[')) {
     const std::size_t end = host.find(']');
-    return end == std::string_view::npos ? std::string() : LowerCase(host.substr(1, end - 1));
+    if (end == std::string_view::npos) return {};
+    const std::string number = LowerCase(host.substr(1, end - 1));
+    return number.find_first_not_of("0123456789abcdef:.") == std::string::npos ? number : "";
   }
   std::string name = LowerCase(host.substr(0, host.find(':')));
   if (name.ends_with('.')) name.pop_back();

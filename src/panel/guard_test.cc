@@ -18,8 +18,9 @@ TEST(Guard, AnswersUnderNumbersAndItsOwnNamesOnly) {
                            "[fd00::7]", "LOCALHOST", "localhost."}) {
     EXPECT_EQ(StatusOf({.method = "GET", .host = host}), 200U) << host;
   }
-  for (const char* host : {"evil.example", "evil.example:7130", "", "127.0.0.1.evil.example",
-                           "localhost.evil.example", "printer.test", "a b", "[::1", "1.2.3.4@x"}) {
+  for (const char* host :
+       {"evil.example", "evil.example:7130", "", "127.0.0.1.evil.example", "localhost.evil.example",
+        "printer.test", "a b", "[::1", "[fe80::1%1 x; script-src *]", "1.2.3.4@x"}) {
     EXPECT_EQ(StatusOf({.method = "GET", .host = host}), 421U) << host;
   }
   EXPECT_EQ(StatusOf({.method = "GET", .host = "Printer.test:80"}, {{"printer.TEST"}}), 200U);

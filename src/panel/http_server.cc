@@ -98,6 +98,41 @@ namespace {
 
 using Stream = beast::tcp_stream;
 
+// Returns the IPv4 address that an IPv6 socket reports as ::ffff:a.b.c.d.
+net::ip::address Plain(const net::ip::address& address) {
+  if (!address.is_v6() || !address.to_v6().is_v4_mapped()) return address;
+  return net::ip::make_address_v4(net::ip::v4_mapped, address.to_v6());
+}
+
+// Adds to a counter for as long as it lives.
+class Counted {
+ public:
+  Counted(std::size_t& counter, std::size_t amount) : counter_(counter), amount_(amount) {
+    counter_ += amount_;
+  }
+  Counted(const Counted&) = delete;
+  Counted& operator=(const Counted&) = delete;
+  ~Counted() { counter_ -= amount_; }
+
+ private:
+  std::size_t& counter_;
+  std::size_t amount_;
+};
+
+// Keeps an entry in a set for as long as it lives.
+template <class T>
+class Listed {
+ public:
+  Listed(std::set<T>& all, T entry) : all_(all), entry_(std::move(entry)) { all_.insert(entry_); }
+  Listed(const Listed&) = delete;
+  Listed& operator=(const Listed&) = delete;
+  ~Listed() { all_.erase(entry_); }
+
+ private:
+  std::set<T>& all_;
+  T entry_;
+};
+
 // WebSocket of one client: texts wait while one is written.
 struct Client {
   explicit Client(Stream stream) : socket(std::move(stream)) {}
@@ -141,8 +176,11 @@ class HttpServer::Impl {
   void Run(const std::stop_token& stop) {
     net::co_spawn(io_, Accept(), net::detached);
     const std::stop_callback asked(stop, [this] { net::post(io_, [this] { Close(); }); });
-    io_.run();
+    // A bug in one connection, or no memory for it, ends that connection alone.
+    while (NoteBug([this] { io_.run(); })) {
+    }
     pool_.join();
+    urgent_.join();
   }
 
   void Broadcast(std::string message) {
@@ -199,19 +237,20 @@ class HttpServer::Impl {
       }
       const auto peer = socket.remote_endpoint(error);
       if (error) continue;
-      const std::string address = peer.address().to_string();
+      const net::ip::address from = Plain(peer.address());
+      const std::string address = from.to_string();
       const auto found = of_address_.find(address);
-      const bool many = found != of_address_.end() && !peer.address().is_loopback() &&
+      const bool many = found != of_address_.end() && !from.is_loopback() &&
                         found->second >= options_.limits.connections_of_address;
       if (many || connections_ >= options_.limits.connections) continue;  // closes it
       net::co_spawn(io_, Count(Stream(std::move(socket)), address), net::detached);
     }
   }
 
-  // Runs work on the threads that answer, and comes back with what it changed. False: a bug, noted.
-  net::awaitable<bool> Working(std::function<void()> work) {
+  // Runs work on threads that answer, and comes back with what it changed. False: a bug, noted.
+  static net::awaitable<bool> Working(net::thread_pool& pool, std::function<void()> work) {
     co_return co_await net::co_spawn(
-        pool_,
+        pool,
         [](const std::function<void()>& work) -> net::awaitable<bool> {
           co_return !NoteBug(work);
         }(work),
@@ -227,12 +266,13 @@ class HttpServer::Impl {
   }
 
   net::awaitable<void> Serve(Stream stream, std::string address) {
-    streams_.insert(&stream);
-    beast::flat_buffer buffer;
     std::optional<http::request<http::empty_body>> upgrade;
-    while (!closing_ && co_await ServeOne(stream, buffer, address, upgrade)) {
+    {
+      const Listed listed(streams_, &stream);
+      beast::flat_buffer buffer;
+      while (!closing_ && co_await ServeOne(stream, buffer, address, upgrade)) {
+      }
     }
-    streams_.erase(&stream);
     if (upgrade) co_return co_await Talk(std::move(stream), std::move(*upgrade));
     ErrorCode ignored;
     stream.socket().shutdown(Tcp::socket::shutdown_both, ignored);
@@ -271,11 +311,8 @@ class HttpServer::Impl {
     }
     if (!head->is_done()) {
       http::request_parser<http::string_body> whole(std::move(*head));
-      bodies_ += large ? 1 : 0;
-      stream.expires_after(Seconds(options_.limits.body_s));
-      co_await http::async_read(stream, buffer, whole,
-                                net::redirect_error(net::use_awaitable, error));
-      bodies_ -= large ? 1 : 0;
+      const Counted counted(bodies_, large ? 1 : 0);
+      error = co_await ReadBody(stream, buffer, whole);
       if (error == http::error::body_limit) {
         co_return co_await Write(stream, TooLarge(), version, true, request) && false;
       }
@@ -284,10 +321,29 @@ class HttpServer::Impl {
     }
     stream.expires_never();
     HttpAnswer answer;
-    if (!co_await Working([&] { answer = answers_.http(request); })) {
+    if (!co_await Working(pool_, [&] { answer = answers_.http(request); })) {
       answer = HttpError(500, "this is a bug in trammel; its log has more");
     }
-    co_return co_await Write(stream, answer, version, last, request) && !last;
+    request.body = {};
+    if (answer_bytes_ > 0 && answer_bytes_ + answer.body.size() > options_.limits.answer_bytes) {
+      answer = HttpError(503, "others are being answered: try again");
+    }
+    const Counted counted(answer_bytes_, answer.body.size());
+    co_return co_await Write(stream, std::move(answer), version, last, request) && !last;
+  }
+
+  // Reads a body in pieces, each within a time of its own: a phone may be gone.
+  net::awaitable<ErrorCode> ReadBody(Stream& stream, beast::flat_buffer& buffer,
+                                     http::request_parser<http::string_body>& whole) {
+    ErrorCode error;
+    const auto end = std::chrono::steady_clock::now() + Seconds(options_.limits.body_s);
+    while (!error && !whole.is_done()) {
+      if (std::chrono::steady_clock::now() > end) co_return net::error::timed_out;
+      stream.expires_after(Seconds(options_.limits.piece_s));
+      co_await http::async_read_some(stream, buffer, whole,
+                                     net::redirect_error(net::use_awaitable, error));
+    }
+    co_return error;
   }
 
   static HttpAnswer TooLarge() {
@@ -340,23 +396,26 @@ class HttpServer::Impl {
     co_return false;
   }
 
-  net::awaitable<bool> Write(Stream& stream, const HttpAnswer& answer, unsigned version, bool last,
+  net::awaitable<bool> Write(Stream& stream, HttpAnswer answer, unsigned version, bool last,
                              const HttpRequest& request) {
     Message message(http::int_to_status(answer.status), version);
     message.set(http::field::content_type, answer.content_type);
     message.set("X-Content-Type-Options", "nosniff");
     message.set("Referrer-Policy", "no-referrer");
+    message.set("Cross-Origin-Resource-Policy", "same-origin");
     message.set(http::field::cache_control, "no-store");
     message.set("Content-Security-Policy", ContentSecurityPolicy(request.host));
     for (const auto& [name, value] : answer.fields) message.set(name, value);
     message.keep_alive(!last);
-    message.body() = answer.body;
+    message.body() = std::move(answer.body);
     message.prepare_payload();
     if (request.method == "HEAD") message.body().clear();
     ErrorCode error;
-    stream.expires_after(Seconds(options_.limits.body_s));
     http::response_serializer<http::string_body> out(message);
-    co_await http::async_write(stream, out, net::redirect_error(net::use_awaitable, error));
+    while (!error && !out.is_done()) {
+      stream.expires_after(Seconds(options_.limits.piece_s));
+      co_await http::async_write_some(stream, out, net::redirect_error(net::use_awaitable, error));
+    }
     co_return !error;
   }
 
@@ -370,17 +429,17 @@ class HttpServer::Impl {
     co_await socket.async_accept(request, net::redirect_error(net::use_awaitable, error));
     if (error || closing_) co_return;
     socket.text(true);
-    clients_.insert(client);
+    const Listed listed(clients_, client);
     while (!error && !closing_) {
       beast::flat_buffer buffer;
       co_await socket.async_read(buffer, net::redirect_error(net::use_awaitable, error));
       if (error) break;
       const std::string text = beast::buffers_to_string(buffer.data());
       std::string answer;
-      if (!co_await Working([&] { answer = answers_.message(text); })) break;
+      net::thread_pool& pool = answers_.is_urgent && answers_.is_urgent(text) ? urgent_ : pool_;
+      if (!co_await Working(pool, [&] { answer = answers_.message(text); })) break;
       if (!answer.empty()) Send(client, answer);
     }
-    clients_.erase(client);
   }
 
   void Send(const std::shared_ptr<Client>& client, const std::string& text) {
@@ -412,11 +471,13 @@ class HttpServer::Impl {
   bool closing_ = false;
   std::size_t connections_ = 0;
   std::size_t bodies_ = 0;
+  std::size_t answer_bytes_ = 0;
   std::map<std::string, std::size_t> of_address_;
   std::set<Stream*> streams_;
   std::set<std::shared_ptr<Client>> clients_;
   net::io_context io_{1};  // behind what its coroutines use at their end
   net::thread_pool pool_{4};
+  net::thread_pool urgent_{2};
   Tcp::acceptor acceptor_;
   net::steady_timer patience_{io_};
 };

@@ -42,6 +42,8 @@ struct Answers {
   std::function<HttpAnswer(const HttpRequest&)> http;
   /// Answers a message of a WebSocket at /ws. @returns the text to send back; empty: nothing
   std::function<std::string(std::string_view message)> message;
+  /// True for a message that may not wait behind others: a stop. Returns at once.
+  std::function<bool(std::string_view message)> is_urgent = {};
 };
 
 struct HttpLimits {
@@ -50,9 +52,11 @@ struct HttpLimits {
   std::size_t message_bytes = 64 << 10;     ///< of a WebSocket
   double header_s = 10;                     ///< for the head of a request, and between requests
   double body_s = 300;                      ///< for its body, over a slow link
+  double piece_s = 20;                      ///< for the next bytes of a body or an answer
   std::size_t connections = 200;            ///< at once
   std::size_t connections_of_address = 50;  ///< at once; loopback, where proxies are: all
   std::size_t bodies = 2;                   ///< larger than a megabyte, at once
+  std::size_t answer_bytes = 64 << 20;      ///< of all answers that are being written
   std::size_t unread_bytes = 1 << 20;       ///< sent to a WebSocket that does not read: then closed
 };
 
@@ -63,7 +67,7 @@ struct HttpServerOptions {
   HttpLimits limits = {};
 };
 
-/// Server on one thread of its own, with four more that answer.
+/// Server on one thread of its own, with some more that answer.
 class HttpServer {
  public:
   /// Opens the port. Errors: kInput: the address is none, or the port is taken or not allowed.

@@ -24,9 +24,13 @@ class Server : public ::testing::Test {
   void Start(HttpLimits limits = {}) {
     HttpServerOptions options;
     options.limits = limits;
-    auto server = HttpServer::Listen(
-        options, {[this](const HttpRequest& request) { return Answer(request); },
-                  [](std::string_view text) { return "heard " + std::string(text); }});
+    auto server =
+        HttpServer::Listen(options, {[this](const HttpRequest& request) { return Answer(request); },
+                                     [this](std::string_view text) {
+                                       while (text == "wait" && !go_on_) std::this_thread::yield();
+                                       return "heard " + std::string(text);
+                                     },
+                                     [](std::string_view text) { return text == "stop"; }});
     ASSERT_TRUE(server) << server.error().message;
     server_ = std::move(*server);
     thread_ = std::jthread([this](const std::stop_token& stop) { server_->Run(stop); });
@@ -34,6 +38,7 @@ class Server : public ::testing::Test {
 
   HttpAnswer Answer(const HttpRequest& request) {
     ++answered_;
+    if (request.path == "/large") return {.body = std::string(8 << 20, 'x')};
     if (request.path == "/bug") throw std::runtime_error("a bug");
     std::string query;
     for (const auto& [name, value] : request.query) query += name + "=" + value + ";";
@@ -50,6 +55,7 @@ class Server : public ::testing::Test {
 
   std::unique_ptr<HttpServer> server_;
   std::atomic<int> answered_ = 0;
+  std::atomic<bool> go_on_ = false;
   std::jthread thread_;
 };
 
@@ -124,6 +130,57 @@ TEST_F(Server, ManySlowClientsDoNotKeepOthersOutForLong) {
     if (answer.empty()) std::this_thread::sleep_for(std::chrono::milliseconds(20));
   }
   EXPECT_THAT(answer, StartsWith("HTTP/1.1 200"));
+}
+
+TEST_F(Server, APhoneThatIsGoneHoldsAnUploadForSomeSecondsOnly) {
+  Start({.piece_s = 0.3, .bodies = 1});
+  Connection gone(server_->port());
+  gone.Send(
+      "POST / HTTP/1.1\r\nHost: localhost\r\nContent-Type: image/png\r\n"
+      "Content-Length: 2000000\r\n\r\nabc");
+  const std::string body(1'500'000, 'x');
+  std::string answer;
+  for (int i = 0; i < 500 && !answer.starts_with("HTTP/1.1 200"); ++i) {
+    answer =
+        Ask("POST / HTTP/1.1\r\nHost: localhost\r\nContent-Type: image/png\r\n"
+            "Content-Length: 1500000",
+            body);
+    std::this_thread::sleep_for(std::chrono::milliseconds(20));
+  }
+  EXPECT_THAT(answer, HasSubstr("1500000 bytes"));
+  EXPECT_EQ(gone.ReadAll(), "");
+}
+
+TEST_F(Server, BoundsTheBytesOfAnswersThatNobodyReads) {
+  Start({.piece_s = 1, .answer_bytes = 40 << 20});
+  std::vector<std::unique_ptr<Connection>> lazy;
+  std::string answer = "HTTP/1.1 200";
+  for (int i = 0; i < 20; ++i) {
+    lazy.push_back(std::make_unique<Connection>(server_->port()));
+    lazy.back()->Send("GET /large HTTP/1.1\r\nHost: localhost\r\n\r\n");
+  }
+  for (int i = 0; i < 200 && !answer.starts_with("HTTP/1.1 503"); ++i) {
+    answer = Ask("GET /large HTTP/1.1\r\nHost: localhost");
+  }
+  EXPECT_THAT(answer, StartsWith("HTTP/1.1 503"));
+  for (int i = 0; i < 500 && !answer.starts_with("HTTP/1.1 200"); ++i) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(20));
+    answer = Ask("GET /large HTTP/1.1\r\nHost: localhost");
+  }
+  EXPECT_THAT(answer, StartsWith("HTTP/1.1 200")) << "they were ended";
+}
+
+TEST_F(Server, AStopDoesNotWaitBehindOthers) {
+  Start();
+  std::vector<std::unique_ptr<Socket>> slow;
+  for (int i = 0; i < 8; ++i) {
+    slow.push_back(Socket::Open(server_->port()));
+    slow.back()->Write("wait");
+  }
+  const auto hand = Socket::Open(server_->port());
+  hand->Write("stop");
+  EXPECT_EQ(hand->Read(), "heard stop");
+  EXPECT_FALSE(go_on_.exchange(true)) << "the others wait still";
 }
 
 TEST_F(Server, ABugInAnAnswerEndsNeitherServerNorConnection) {

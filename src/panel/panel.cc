@@ -36,7 +36,8 @@ constexpr RunFile kRunFiles[] = {{"answer.png", "image/png"},
                                  {"report.html", "text/html; charset=utf-8", false}};
 // A report is one file with its style and figures inside; nothing of it runs or loads.
 constexpr const char* kReportPolicy =
-    "default-src 'none'; style-src 'unsafe-inline'; img-src data:; sandbox allow-popups";
+    "default-src 'none'; style-src 'unsafe-inline'; img-src data:; frame-ancestors 'self'; "
+    "sandbox allow-popups";
 
 HttpAnswer NotFound() { return HttpError(404, "there is nothing of that name"); }
 
@@ -58,13 +59,14 @@ std::string Queried(const HttpRequest& request, const std::string& name) {
 }
 
 Result<std::string> TextOf(const json& params, const char* key) {
-  constexpr std::size_t kMaxText = 200;
+  constexpr std::size_t kMaxText = 100;
   const auto found = params.find(key);
   if (found == params.end() || found->is_null()) return std::string();
-  if (!found->is_string() || found->get_ref<const std::string&>().size() > kMaxText) {
-    return Fail(fmt::format("'{}' must be a text of at most {} bytes", key, kMaxText));
-  }
-  return found->get<std::string>();
+  const bool fits = found->is_string() && found->get_ref<const std::string&>().size() <= kMaxText &&
+                    std::ranges::none_of(found->get_ref<const std::string&>(),
+                                         [](unsigned char c) { return c < ' ' || c == 0x7f; });
+  if (fits) return found->get<std::string>();
+  return Fail(fmt::format("'{}' must be one line of at most {} bytes", key, kMaxText));
 }
 
 RpcAnswer Invalid(const std::string& message) {
@@ -99,7 +101,8 @@ Result<std::unique_ptr<Panel>> Panel::Open(PanelOptions options) {
   panel->server_ = TRY(HttpServer::Listen(
       std::move(options.http),
       {[self](const HttpRequest& request) { return self->Answer(request); },
-       [self](std::string_view message) { return self->AnswerMessage(message); }}));
+       [self](std::string_view message) { return self->AnswerMessage(message); },
+       [](std::string_view message) { return message.find("stop\"") != std::string_view::npos; }}));
   return panel;
 }
 
@@ -166,14 +169,13 @@ std::string Panel::AnswerMessage(std::string_view text) {
     answer["error"] = ErrorObject(kParseError, message.error().message);
     return JsonText(answer);
   }
-  const bool whole = message->is_object() && message->contains("id") &&
-                     ((*message)["id"].is_number_integer() || (*message)["id"].is_string()) &&
-                     message->contains("method") && (*message)["method"].is_string();
-  if (!whole) {
+  const bool has_id = message->is_object() && message->contains("id") &&
+                      ((*message)["id"].is_number_integer() || (*message)["id"].is_string());
+  if (has_id) answer["id"] = (*message)["id"];
+  if (!has_id || !message->contains("method") || !(*message)["method"].is_string()) {
     answer["error"] = ErrorObject(kInvalidRequest, "a request has an id and a method");
     return JsonText(answer);
   }
-  answer["id"] = (*message)["id"];
   RpcAnswer result =
       Call((*message)["method"].get<std::string>(), message->value("params", json::object()));
   if (result.kind == RpcAnswer::Kind::kResult) {
@@ -222,9 +224,10 @@ RpcAnswer Panel::CallOfPhoto(const std::string& method, const json& params,
     texts[i] = std::move(*text);
   }
   const auto& [run, pattern, filament] = texts;
-  const auto folder = photos_.FolderOf(run);
+  const auto folder = photos_.UploadOf(run);
   if (!folder) return RpcAnswer::Refused(service::kNothing, folder.error().message);
   if (method == "use") {
+    photos_.Keep(run);
     service::Proposal proposal{run, "photo", folder->string(), {}};
     if (!filament.empty()) proposal.arguments["filament"] = filament;
     return printer.Use(std::move(proposal));

@@ -52,10 +52,10 @@ class Panel {
 
   const std::filesystem::path recordings_;
   PhotoRuns photos_;
-  std::unique_ptr<HttpServer> server_;
   std::vector<service::JobServer*> printers_;  // written before Run serves
-  std::stop_token stop_;
+  std::stop_token stop_;                       // likewise
   std::atomic<std::uint64_t> events_ = 0;
+  std::unique_ptr<HttpServer> server_;  // last: its threads use everything above
 };
 
 }  // namespace trammel::panel

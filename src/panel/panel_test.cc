@@ -27,7 +27,11 @@ using ::testing::IsEmpty;
 using ::testing::StartsWith;
 
 constexpr const char* kUtc = "2026-01-02T03:04:05Z";
-constexpr const char* kRun = "photo-20260102T030405Z";
+constexpr const char* kRun = "upload-20260102T030405Z";
+
+constexpr const char* kMeasures =
+    "cp \"$here/result.json\" \"$result\"\nmkdir \"$figures\"\n"
+    "printf picture > \"$figures/answer.png\"\n";
 
 // A panel of one printer that is not connected, and a stand-in of trammel that writes its words
 // and a result.
@@ -143,11 +147,27 @@ TEST_F(PanelTest, MeasuresAnUploadedPhotoAndShowsItsPicture) {
   EXPECT_THAT(answer["lines"].dump(), AllOf(HasSubstr("SET_PRESSURE_ADVANCE ADVANCE=0.0172"),
                                             HasSubstr("M900 K0.0172"), HasSubstr("OrcaSlicer")));
   EXPECT_THAT(test::ReadWhole(folder_.path() / "words"),
-              AllOf(HasSubstr("photo.jpg\n"), HasSubstr("--gcode="), HasSubstr("pattern.gcode")));
+              AllOf(HasSubstr("photo.jpg\n"), HasSubstr("--gcode="), HasSubstr("photo.gcode")));
   EXPECT_THAT(Get("/runs/" + std::string(kRun) + "/answer.png"),
               AllOf(StartsWith("HTTP/1.1 200"), HasSubstr("image/png"), HasSubstr("picture")));
   const json result = Ask("history", {{"last", 1}}).at("result").at("results")[0];
   EXPECT_EQ(result.at("answers")[0].at("words"), "0.01720 s (95 %: 0.01640 to 0.01800 s)");
+  // A measuring that fails leaves the result of the one before.
+  for (const char* pattern : {"nonsense", "ellis"}) {
+    Program("exit 3\n");
+    EXPECT_TRUE(Ask("measure", {{"run", kRun}, {"pattern", pattern}}).contains("error"));
+    EXPECT_TRUE(fs::exists(recordings_ / kRun / "result.json"));
+    EXPECT_TRUE(fs::exists(recordings_ / kRun / "figures" / "answer.png"));
+  }
+  Program(kMeasures);
+  EXPECT_THAT(Ask("measure", {{"run", kRun}, {"filament", "a\nb"}}).at("error").at("message"),
+              HasSubstr("one line"));
+  // Results of jobs are no uploads.
+  fs::create_directories(recordings_ / "photo-20260102T030405Z");
+  EXPECT_TRUE(Ask("measure", {{"run", "photo-20260102T030405Z"}}).contains("error"));
+  // A 3MF takes the place of the G-code.
+  (void)Post("/gcodes?run=" + std::string(kRun), "application/octet-stream", "PK");
+  EXPECT_FALSE(fs::exists(recordings_ / kRun / "photo.gcode"));
   // A second photo within the second, and one measured again.
   EXPECT_THAT(Post("/photos", "image/png", "other"), HasSubstr(std::string(kRun) + "-2"));
   Result(Measured::Refused("too dark: more light"));
@@ -174,6 +194,7 @@ TEST_F(PanelTest, SaysWhyAPhotoIsNotMeasured) {
   Program("kill -9 $$\n");
   EXPECT_THAT(Ask("measure", {{"run", kRun}}).at("error").at("message"), HasSubstr("signal 9"));
   EXPECT_THAT(Ask("use", {{"run", kRun}}).at("error").at("message"), HasSubstr("no good answer"));
+  EXPECT_THAT(Ask("measure", {{"run", kRun}}).at("error").at("message"), HasSubstr("once more"));
 }
 
 TEST_F(PanelTest, AnswersTheServicesMethodsAndRefusesOtherMessages) {

@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "base/utf8.h"
 #include "document/interval_text.h"
 #include "files/new_file.h"
 #include "gcode/dialect.h"
@@ -30,6 +31,9 @@ constexpr std::pair<std::string_view, std::string_view> kEndings[] = {{"image/jp
 constexpr const char* kOwnPattern = "trammel";  // found by the plan of the last print
 constexpr const char* kReport = "report.html";
 constexpr const char* kQuantity = "pressure_advance";
+constexpr std::array kGcodes{"photo.gcode", "photo.3mf"};
+constexpr std::array<std::string_view, 5> kPatterns{"orca-line", "orca-pattern", "ellis",
+                                                    "marlin-lines", kOwnPattern};
 constexpr std::array kPictures{"answer.png", "photo.png", "response.png", "profiles.png"};
 
 fs::path PhotoIn(const fs::path& folder) {
@@ -43,7 +47,7 @@ fs::path PhotoIn(const fs::path& folder) {
 
 fs::path GcodeIn(const fs::path& folder) {
   std::error_code ignored;
-  for (const char* name : {"pattern.gcode", "pattern.3mf"}) {
+  for (const char* name : kGcodes) {
     if (fs::exists(folder / name, ignored)) return folder / name;
   }
   return {};
@@ -102,8 +106,8 @@ Result<std::string> PhotoRuns::Add(std::string_view content_type, std::string_vi
   if (bytes.empty()) return Fail("the photo is empty: send it again");
   const std::lock_guard lock(naming_);
   const std::string utc = options_.utc_now();
-  TRY(service::MakeRoomForRun(options_.recordings, utc));
-  const std::string name = "photo-" + service::CompactUtc(utc);
+  TRY(service::MakeRoomForRun(options_.recordings, utc, service::kUpload));
+  const std::string name = fmt::format("{}-{}", service::kUpload, service::CompactUtc(utc));
   std::string run = name;
   std::error_code error;
   for (int number = 2; fs::exists(options_.recordings / run, error); ++number) {
@@ -126,12 +130,23 @@ Result<fs::path> PhotoRuns::FolderOf(const std::string& run) const {
   return Fail(fmt::format("there is no run '{}'", run.substr(0, 64)));
 }
 
+Result<fs::path> PhotoRuns::UploadOf(const std::string& run) const {
+  if (run.starts_with(service::kUpload)) return FolderOf(run);
+  return Fail(fmt::format("there is no run '{}' of an uploaded photo", run.substr(0, 64)));
+}
+
 Result<void> PhotoRuns::AddGcode(const std::string& run, std::string_view bytes) {
-  const fs::path folder = TRY(FolderOf(run));
-  if (PhotoIn(folder).empty()) return Fail(fmt::format("{} is no photo's", run));
+  const fs::path folder = TRY(UploadOf(run));
   const bool zip = bytes.starts_with("PK");
-  return files::WriteWholeFile(folder / (zip ? "pattern.3mf" : "pattern.gcode"), bytes,
-                               files::IfThere::kReplace);
+  TRY(files::WriteWholeFile(folder / kGcodes[zip ? 1 : 0], bytes, files::IfThere::kReplace));
+  std::error_code ignored;
+  fs::remove(folder / kGcodes[zip ? 0 : 1], ignored);
+  return {};
+}
+
+void PhotoRuns::Keep(const std::string& run) {
+  const std::lock_guard lock(keeping_);
+  kept_.insert(run);
 }
 
 Result<json> PhotoRuns::Measure(const std::string& run, const std::string& pattern,
@@ -139,21 +154,30 @@ Result<json> PhotoRuns::Measure(const std::string& run, const std::string& patte
   constexpr double kPatience_s = 120;  // 48 MP take 6 s of one core
   constexpr double kRest_s = 5;
   constexpr std::size_t kMaxErrors = 3;
-  const fs::path folder = TRY(FolderOf(run));
+  if (!pattern.empty() && std::ranges::find(kPatterns, pattern) == kPatterns.end()) {
+    return Fail(fmt::format("there is no pattern '{}'", pattern));
+  }
+  const fs::path folder = TRY(UploadOf(run));
   const fs::path photo = PhotoIn(folder);
   if (photo.empty()) return Fail(fmt::format("{} has no photo", run));
   const std::unique_lock lock(measuring_, std::try_to_lock);
   if (!lock) {
     return Fail("another photo is being measured: try again in some seconds", ErrorKind::kMachine);
   }
+  {
+    const std::lock_guard keeping(keeping_);
+    if (kept_.contains(run)) return Fail("the photo's value was used: send the photo once more");
+  }
+  const fs::path fresh = folder / "new";
   std::error_code ignored;
-  fs::remove_all(folder / kFigures, ignored);
-  fs::remove(folder / files::kResultFile, ignored);
-  fs::remove(folder / kReport, ignored);
-  std::vector<std::string> words = {options_.program, "--quiet", "pa", "photo", photo.string()};
-  words.push_back("--result=" + (folder / files::kResultFile).string());
-  words.push_back("--report=" + (folder / kReport).string());
-  words.push_back("--figures=" + (folder / kFigures).string());
+  fs::remove_all(fresh, ignored);
+  fs::create_directory(fresh, ignored);
+  // A print may be under way on this computer.
+  std::vector<std::string> words = {"/usr/bin/nice", options_.program, "--quiet", "pa",
+                                    "photo",         photo.string()};
+  words.push_back("--result=" + (fresh / files::kResultFile).string());
+  words.push_back("--report=" + (fresh / kReport).string());
+  words.push_back("--figures=" + (fresh / kFigures).string());
   if (const fs::path gcode = GcodeIn(folder); !gcode.empty()) {
     words.push_back("--gcode=" + gcode.string());
   } else if (!pattern.empty() && pattern != kOwnPattern) {
@@ -164,14 +188,26 @@ Result<json> PhotoRuns::Measure(const std::string& run, const std::string& patte
   const auto end = process->Follow(
       [&](OutputStream stream, std::string_view line) {
         if (stream != OutputStream::kError || line.empty()) return;
-        options_.log("  " + std::string(line));
+        options_.log("  " + Utf8OrReplaced(line));
         constexpr std::string_view kOurs = "trammel: ";
         if (line.starts_with(kOurs)) line.remove_prefix(kOurs.size());
         if (errors.size() < kMaxErrors) errors.emplace_back(line);
       },
       {stop, kPatience_s, kRest_s});
-  const auto outcome = files::ReadOutcome(folder / files::kResultFile);
-  if (outcome) return Described(run, folder, *outcome);
+  const auto outcome = files::ReadOutcome(fresh / files::kResultFile);
+  if (outcome) {
+    fs::remove_all(folder / kFigures, ignored);
+    for (const std::string_view name :
+         {std::string_view(kFigures), std::string_view(kReport), files::kResultFile}) {
+      fs::remove(folder / name, ignored);
+      fs::rename(fresh / name, folder / name, ignored);
+    }
+    fs::remove_all(fresh, ignored);
+    json answer = Described(run, folder, *outcome);
+    for (const std::string& error : errors) answer["notices"].push_back(error);
+    return answer;
+  }
+  fs::remove_all(fresh, ignored);
   std::string why;
   for (const std::string& error : errors) why += (why.empty() ? "" : "; ") + error;
   return Fail(why.empty() ? "the photo was not measured: " + end.Describe() : why,

@@ -5,6 +5,7 @@
 #include <functional>
 #include <mutex>
 #include <nlohmann/json.hpp>
+#include <set>
 #include <stop_token>
 #include <string>
 #include <string_view>
@@ -35,12 +36,19 @@ class PhotoRuns {
   /// Stores the slicer's file of what a photo shows: G-code, or a 3MF that holds it.
   [[nodiscard]] Result<void> AddGcode(const std::string& run, std::string_view bytes);
 
-  /// Measures a photo. @param pattern  as of `trammel pa photo --pattern`; empty or "trammel": by
+  /// Measures a photo; an earlier result of it is replaced once there is a new one.
+  /// @param pattern  as of `trammel pa photo --pattern`; empty or "trammel": by
   /// the plan of the last print
   /// @returns the verdict, the answer in words and numbers, the lines that set it, and the names of
   /// pictures (docs/howto/serve.md). Errors: no such run; the photo is no picture.
   [[nodiscard]] Result<nlohmann::json> Measure(const std::string& run, const std::string& pattern,
                                                const std::stop_token& stop);
+
+  /// Measures this photo no more: its value is being set.
+  void Keep(const std::string& run);
+
+  /// Returns the folder of an upload. Errors (kInput): no upload's name, or no such folder.
+  [[nodiscard]] Result<std::filesystem::path> UploadOf(const std::string& run) const;
 
   /// Returns the folder of a run. Errors (kInput): a name that is none, or no such folder.
   [[nodiscard]] Result<std::filesystem::path> FolderOf(const std::string& run) const;
@@ -48,6 +56,8 @@ class PhotoRuns {
  private:
   const PhotoRunsOptions options_;
   std::mutex naming_;
+  std::mutex keeping_;
+  std::set<std::string> kept_;
   std::mutex measuring_;
 };
 
