@@ -332,6 +332,13 @@ AnalysisRun AnalyseRest(const Frame& picture, const std::vector<vision::PointPx>
 AnalysisRun AnalysePicture(pressure_advance::PhotoSearch& photo, const std::string& file,
                            const PhotoPlan& given) {
   const Frame& picture = photo.picture();
+  constexpr int kNarrowest_px = 16;  // once reduced: combs are searched in no less
+  if (std::min(picture.width, picture.height) < kNarrowest_px) {
+    return Refused(picture, file,
+                   fmt::format("the photo has {} x {} px: too narrow", photo.photo_width_px(),
+                               photo.photo_height_px()),
+                   {});
+  }
   if (given.form != PatternForm::kLines) {
     const auto view = pressure_advance::ViewChevrons(photo);
     Choice choice;
