@@ -172,9 +172,7 @@ Result<json> PhotoRuns::Measure(const std::string& run, const std::string& patte
   std::error_code ignored;
   fs::remove_all(fresh, ignored);
   fs::create_directory(fresh, ignored);
-  // A print may be under way on this computer.
-  std::vector<std::string> words = {"/usr/bin/nice", options_.program, "--quiet", "pa",
-                                    "photo",         photo.string()};
+  std::vector<std::string> words = {options_.program, "--quiet", "pa", "photo", photo.string()};
   words.push_back("--result=" + (fresh / files::kResultFile).string());
   words.push_back("--report=" + (fresh / kReport).string());
   words.push_back("--figures=" + (fresh / kFigures).string());

@@ -325,6 +325,17 @@ TEST_F(JobServerTest, OneJobAtATimeAndStopEndsItSafely) {
   EXPECT_EQ(CodeOf("stop"), kNothing);
 }
 
+// The command catches signals some milliseconds after its start.
+TEST_F(JobServerTest, AStopBeforeTheCommandCanCatchItIsAStop) {
+  Serve();
+  Program("exec sleep 60\n");
+  (void)Start();
+  (void)Ask("stop");
+  WaitForEnd();
+  EXPECT_EQ(Status()["run"]["end"], "stopped");
+  EXPECT_EQ(Status()["run"]["message"], "stopped before it began");
+}
+
 TEST_F(JobServerTest, RequestsThatMakeNoSenseAreRefusedByName) {
   Serve();
   EXPECT_EQ(CodeOf("format_disk"), machine::kUnknownMethod);

@@ -7,15 +7,15 @@ import os
 import pathlib
 import re
 import shlex
-import shutil
 import socket
 import subprocess
 import sys
 import tempfile
 import time
 
+import web_driver
+
 HERE = pathlib.Path(__file__).resolve().parent
-SKIPPED = 77
 # A run lasts long enough to be seen and stopped: the pattern takes a minute of the printer's time.
 HURRY = "4"
 
@@ -84,9 +84,7 @@ def stop(folder):
 
 def main(trammel, sim, *options):
     trammel, sim = os.path.abspath(trammel), os.path.abspath(sim)
-    if not shutil.which("chromedriver"):
-        print("SKIPPED: chromedriver is missing; apt install chromium-driver")
-        sys.exit(SKIPPED)
+    web_driver.require()
     with tempfile.TemporaryDirectory() as name:
         folder = pathlib.Path(name)
         os.environ.update(HOME=name, XDG_STATE_HOME=name, XDG_DATA_HOME=name)

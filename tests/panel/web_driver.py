@@ -3,13 +3,23 @@ import base64
 import json
 import os
 import re
+import shutil
 import subprocess
+import sys
 import time
 import urllib.error
 import urllib.request
 
 ELEMENT = "element-6066-11e4-a52e-4f735466cecf"  # the key that W3C WebDriver gives to references of elements
-PATIENCE_S = 20
+PATIENCE_S = 60
+SKIPPED = 77  # ctest's SKIP_RETURN_CODE
+
+
+def require():
+    """Ends the process as skipped where there is no browser."""
+    if not shutil.which("chromedriver"):
+        print("SKIPPED: chromedriver is missing; apt install chromium-driver")
+        sys.exit(SKIPPED)
 
 
 class WebDriverError(Exception):

@@ -6,7 +6,7 @@ export function Now() {
   return (
     <section class="now">
       <h1>
-        {texts.inForce}
+        {texts.inForce}{" "}
         {printers.value.length > 1 ? <Printers /> : printerName.value}
       </h1>
       {status.value && <InForce />}
