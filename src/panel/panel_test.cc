@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 #include <thread>
+#include <vector>
 
 #include "measurement/outcome_file.h"
 #include "panel/http_test_client.h"
@@ -177,6 +178,20 @@ TEST_F(PanelTest, MeasuresAnUploadedPhotoAndShowsItsPicture) {
   EXPECT_THAT(again["lines"], IsEmpty());
   const json refused = Ask("history", {{"last", 1}}).at("result").at("results")[0];
   EXPECT_EQ(refused.at("answers")[0].at("words"), "too dark: more light");
+}
+
+// As of a page whose link broke meanwhile.
+TEST_F(PanelTest, APhotoThatIsAskedForTwiceIsAnsweredTwice) {
+  (void)Post("/photos", "image/jpeg", "bytes");
+  Program("sleep 0.3\n" + std::string(kMeasures));
+  std::vector<std::unique_ptr<Socket>> pages;
+  for (int i = 0; i < 2; ++i) {
+    pages.push_back(Socket::Open(panel_->port()));
+    pages.back()->Write(json{{"id", 1}, {"method", "measure"}, {"params", {{"run", kRun}}}}.dump());
+  }
+  for (const auto& page : pages) {
+    EXPECT_EQ(json::parse(page->Read()).at("result").at("verdict"), "good");
+  }
 }
 
 TEST_F(PanelTest, SaysWhyAPhotoIsNotMeasured) {

@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <array>
+#include <chrono>
+#include <memory>
 #include <utility>
 #include <vector>
 
@@ -160,8 +162,14 @@ Result<json> PhotoRuns::Measure(const std::string& run, const std::string& patte
   const fs::path folder = TRY(UploadOf(run));
   const fs::path photo = PhotoIn(folder);
   if (photo.empty()) return Fail(fmt::format("{} has no photo", run));
-  const std::unique_lock lock(measuring_, std::try_to_lock);
-  if (!lock) {
+  // A page whose link broke asks again while its photo is measured. More than a few would take the
+  // threads that answer.
+  constexpr int kMostWaiting = 2;
+  constexpr std::chrono::seconds kWait(100);
+  const std::shared_ptr<void> leaves(nullptr, [this](void*) { --waiting_; });
+  const bool may_wait = ++waiting_ <= kMostWaiting;
+  std::unique_lock lock(measuring_, std::defer_lock);
+  if (!(may_wait ? lock.try_lock_for(kWait) : lock.try_lock())) {
     return Fail("another photo is being measured: try again in some seconds", ErrorKind::kMachine);
   }
   {

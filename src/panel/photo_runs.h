@@ -1,6 +1,7 @@
 // Photos of patterns that browsers upload: a run's folder for each, measured by `trammel pa photo`.
 #pragma once
 
+#include <atomic>
 #include <filesystem>
 #include <functional>
 #include <mutex>
@@ -24,7 +25,7 @@ struct PhotoRunsOptions {
   std::function<void(const std::string&)> log;
 };
 
-/// Thread-safe; one photo is measured at a time.
+/// Thread-safe; one photo is measured at a time, and another one waits.
 class PhotoRuns {
  public:
   explicit PhotoRuns(PhotoRunsOptions options) : options_(std::move(options)) {}
@@ -58,7 +59,8 @@ class PhotoRuns {
   std::mutex naming_;
   std::mutex keeping_;
   std::set<std::string> kept_;
-  std::mutex measuring_;
+  std::timed_mutex measuring_;
+  std::atomic<int> waiting_ = 0;
 };
 
 }  // namespace trammel::panel
