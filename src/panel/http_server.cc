@@ -140,6 +140,7 @@ struct Client {
   std::deque<std::string> waiting = {};
   std::size_t bytes = 0;
   bool writing = false;
+  std::size_t answering = 0;  // messages
 };
 
 }  // namespace
@@ -434,11 +435,19 @@ class HttpServer::Impl {
       beast::flat_buffer buffer;
       co_await socket.async_read(buffer, net::redirect_error(net::use_awaitable, error));
       if (error) break;
-      const std::string text = beast::buffers_to_string(buffer.data());
-      std::string answer;
-      net::thread_pool& pool = answers_.is_urgent && answers_.is_urgent(text) ? urgent_ : pool_;
-      if (!co_await Working(pool, [&] { answer = answers_.message(text); })) break;
-      if (!answer.empty()) Send(client, answer);
+      // One at a time would let a status wait behind a photo that is measured.
+      if (client->answering >= options_.limits.messages) break;
+      net::co_spawn(io_, AnswerOne(client, beast::buffers_to_string(buffer.data())), net::detached);
+    }
+    beast::get_lowest_layer(socket).close();
+  }
+
+  net::awaitable<void> AnswerOne(std::shared_ptr<Client> client, std::string text) {
+    const Counted counted(client->answering, 1);
+    net::thread_pool& pool = answers_.is_urgent && answers_.is_urgent(text) ? urgent_ : pool_;
+    std::string answer;
+    if (co_await Working(pool, [&] { answer = answers_.message(text); }) && !answer.empty()) {
+      Send(client, answer);
     }
   }
 

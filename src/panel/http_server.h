@@ -50,6 +50,7 @@ struct HttpLimits {
   std::size_t header_bytes = 16 << 10;
   std::uint64_t body_bytes = 64 << 20;      ///< a photo of 100 MP has 50 MB
   std::size_t message_bytes = 64 << 10;     ///< of a WebSocket
+  std::size_t messages = 20;                ///< of a WebSocket, answered at once
   double header_s = 10;                     ///< for the head of a request, and between requests
   double body_s = 300;                      ///< for its body, over a slow link
   double piece_s = 20;                      ///< for the next bytes of a body or an answer

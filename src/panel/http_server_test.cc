@@ -183,6 +183,16 @@ TEST_F(Server, AStopDoesNotWaitBehindOthers) {
   EXPECT_FALSE(go_on_.exchange(true)) << "the others wait still";
 }
 
+TEST_F(Server, AnswersAWebSocketWhileItWorksOnAnEarlierMessage) {
+  Start();
+  const auto page = Socket::Open(server_->port());
+  page->Write("wait");
+  page->Write("status");
+  EXPECT_EQ(page->Read(), "heard status");
+  go_on_ = true;
+  EXPECT_EQ(page->Read(), "heard wait");
+}
+
 TEST_F(Server, ABugInAnAnswerEndsNeitherServerNorConnection) {
   Start();
   EXPECT_THAT(Ask("GET /bug HTTP/1.1\r\nHost: localhost"), StartsWith("HTTP/1.1 500"));
