@@ -200,9 +200,11 @@ void AddServeOptions(CLI::App& command, int& exit_code, Offers offers) {
   command.add_option("--panel", arguments->panel,
                      "a page for browsers at this PORT of this computer; 0.0.0.0:PORT also for "
                      "others of its network");
-  command.add_option("--panel-name", arguments->panel_names,
-                     "a name, besides this computer's own, under which browsers open the page; may "
-                     "be repeated");
+  command
+      .add_option("--panel-name", arguments->panel_names,
+                  "a name, besides this computer's own, under which browsers open the page; may "
+                  "be repeated")
+      ->needs("--panel");
   command.add_option("--ask", arguments->ask,
                      "ask the service of the printer: status, start, stop, result, history or "
                      "dismiss; prints its answer as JSON");

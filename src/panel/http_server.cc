@@ -3,8 +3,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <boost/asio/awaitable.hpp>
-#include <boost/asio/bind_executor.hpp>
 #include <boost/asio/co_spawn.hpp>
 #include <boost/asio/detached.hpp>
 #include <boost/asio/io_context.hpp>
@@ -19,6 +19,7 @@
 #include <boost/beast/websocket.hpp>
 #include <chrono>
 #include <deque>
+#include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <set>
@@ -54,11 +55,10 @@ std::optional<std::string> Unescaped(std::string_view text) {
     char c = text[i];
     if (c == '%') {
       const std::string digits(text.substr(i + 1, 2));
-      std::size_t used = 0;
       if (digits.size() < 2 || digits.find_first_not_of("0123456789abcdefABCDEF") != digits.npos) {
         return std::nullopt;
       }
-      c = static_cast<char>(std::stoi(digits, &used, 16));
+      c = static_cast<char>(std::stoi(digits, nullptr, 16));
       i += 2;
     }
     if (static_cast<unsigned char>(c) < ' ' || c == 0x7f) return std::nullopt;
@@ -290,8 +290,8 @@ class HttpServer::Impl {
     stream.expires_after(Seconds(options_.limits.header_s));
     co_await http::async_read_header(stream, buffer, *head,
                                      net::redirect_error(net::use_awaitable, error));
-    if (error)
-      co_return error == http::error::body_limit&& co_await Refuse(stream, *head, TooLarge());
+    if (error == http::error::body_limit) co_return co_await Refuse(stream, *head, TooLarge());
+    if (error) co_return false;
     HttpRequest request;
     if (auto denied = Check(*head, address, request)) {
       co_return co_await Refuse(stream, *head, *denied);

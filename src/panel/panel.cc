@@ -227,10 +227,12 @@ RpcAnswer Panel::CallOfPhoto(const std::string& method, const json& params,
   const auto folder = photos_.UploadOf(run);
   if (!folder) return RpcAnswer::Refused(service::kNothing, folder.error().message);
   if (method == "use") {
-    photos_.Keep(run);
+    photos_.Keep(run, true);
     service::Proposal proposal{run, "photo", folder->string(), {}};
     if (!filament.empty()) proposal.arguments["filament"] = filament;
-    return printer.Use(std::move(proposal));
+    RpcAnswer used = printer.Use(std::move(proposal));
+    if (used.kind != RpcAnswer::Kind::kResult) photos_.Keep(run, false);
+    return used;
   }
   auto measured = photos_.Measure(run, pattern, stop_);
   if (!measured) return RpcAnswer::Refused(service::kRefused, measured.error().message);

@@ -209,7 +209,8 @@ TEST_F(PanelTest, SaysWhyAPhotoIsNotMeasured) {
   Program("kill -9 $$\n");
   EXPECT_THAT(Ask("measure", {{"run", kRun}}).at("error").at("message"), HasSubstr("signal 9"));
   EXPECT_THAT(Ask("use", {{"run", kRun}}).at("error").at("message"), HasSubstr("no good answer"));
-  EXPECT_THAT(Ask("measure", {{"run", kRun}}).at("error").at("message"), HasSubstr("once more"));
+  Program(kMeasures);
+  EXPECT_TRUE(Ask("measure", {{"run", kRun}}).contains("result")) << "it was not used";
 }
 
 TEST_F(PanelTest, AnswersTheServicesMethodsAndRefusesOtherMessages) {

@@ -34,8 +34,6 @@ constexpr const char* kOwnPattern = "trammel";  // found by the plan of the last
 constexpr const char* kReport = "report.html";
 constexpr const char* kQuantity = "pressure_advance";
 constexpr std::array kGcodes{"photo.gcode", "photo.3mf"};
-constexpr std::array<std::string_view, 5> kPatterns{"orca-line", "orca-pattern", "ellis",
-                                                    "marlin-lines", kOwnPattern};
 constexpr std::array kPictures{"answer.png", "photo.png", "response.png", "profiles.png"};
 
 fs::path PhotoIn(const fs::path& folder) {
@@ -146,9 +144,13 @@ Result<void> PhotoRuns::AddGcode(const std::string& run, std::string_view bytes)
   return {};
 }
 
-void PhotoRuns::Keep(const std::string& run) {
+void PhotoRuns::Keep(const std::string& run, bool keep) {
   const std::lock_guard lock(keeping_);
-  kept_.insert(run);
+  if (keep) {
+    kept_.insert(run);
+  } else {
+    kept_.erase(run);
+  }
 }
 
 Result<json> PhotoRuns::Measure(const std::string& run, const std::string& pattern,
@@ -156,9 +158,6 @@ Result<json> PhotoRuns::Measure(const std::string& run, const std::string& patte
   constexpr double kPatience_s = 120;  // 48 MP take 6 s of one core
   constexpr double kRest_s = 5;
   constexpr std::size_t kMaxErrors = 3;
-  if (!pattern.empty() && std::ranges::find(kPatterns, pattern) == kPatterns.end()) {
-    return Fail(fmt::format("there is no pattern '{}'", pattern));
-  }
   const fs::path folder = TRY(UploadOf(run));
   const fs::path photo = PhotoIn(folder);
   if (photo.empty()) return Fail(fmt::format("{} has no photo", run));
@@ -171,10 +170,6 @@ Result<json> PhotoRuns::Measure(const std::string& run, const std::string& patte
   std::unique_lock lock(measuring_, std::defer_lock);
   if (!(may_wait ? lock.try_lock_for(kWait) : lock.try_lock())) {
     return Fail("another photo is being measured: try again in some seconds", ErrorKind::kMachine);
-  }
-  {
-    const std::lock_guard keeping(keeping_);
-    if (kept_.contains(run)) return Fail("the photo's value was used: send the photo once more");
   }
   const fs::path fresh = folder / "new";
   std::error_code ignored;
@@ -202,10 +197,16 @@ Result<json> PhotoRuns::Measure(const std::string& run, const std::string& patte
       {stop, kPatience_s, kRest_s});
   const auto outcome = files::ReadOutcome(fresh / files::kResultFile);
   if (outcome) {
+    // Its value may have been used meanwhile: whatever is set is what was shown.
+    const std::lock_guard keeping(keeping_);
+    if (kept_.contains(run)) {
+      fs::remove_all(fresh, ignored);
+      return Fail("the photo's value was used: send the photo once more");
+    }
     fs::remove_all(folder / kFigures, ignored);
+    fs::remove(folder / kReport, ignored);
     for (const std::string_view name :
          {std::string_view(kFigures), std::string_view(kReport), files::kResultFile}) {
-      fs::remove(folder / name, ignored);
       fs::rename(fresh / name, folder / name, ignored);
     }
     fs::remove_all(fresh, ignored);

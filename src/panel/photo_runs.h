@@ -45,8 +45,8 @@ class PhotoRuns {
   [[nodiscard]] Result<nlohmann::json> Measure(const std::string& run, const std::string& pattern,
                                                const std::stop_token& stop);
 
-  /// Measures this photo no more: its value is being set.
-  void Keep(const std::string& run);
+  /// Lets a photo's result be replaced no more, as its value is being set, or again.
+  void Keep(const std::string& run, bool keep);
 
   /// Returns the folder of an upload. Errors (kInput): no upload's name, or no such folder.
   [[nodiscard]] Result<std::filesystem::path> UploadOf(const std::string& run) const;

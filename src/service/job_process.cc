@@ -64,16 +64,14 @@ JobEnd JobProcess::Run(const std::vector<std::string>& words, const ProgressCall
           Add(text.substr(kErrorBegins.size()), end.errors);
         }
       });
-  bool early = false;  // stopped before it could catch the signal: it had done nothing
   {
     const std::lock_guard lock(mutex_);
     process_ = nullptr;
-    early = stopped_ && ended.signal == SIGTERM;
+    // SIGTERM ends a command only before it can catch signals, or after.
+    end.stopped = ended.exit_code == kInterrupted || (stopped_ && ended.signal == SIGTERM);
   }
   end.exit_code = ended.exit_code;
-  end.stopped = ended.exit_code == kInterrupted || early;
-  end.killed = ended.signal != 0 && !early;
-  if (early) end.errors.emplace_back("stopped before it began");
+  end.killed = ended.signal != 0;
   if (end.killed) end.errors.push_back(fmt::format("its process ended by {}", ended.Describe()));
   return end;
 }

@@ -18,9 +18,9 @@
 namespace trammel::service {
 
 struct JobEnd {
-  bool stopped = false;                  ///< it was interrupted, and says that it ended safely
-  bool killed = false;                   ///< a signal ended it: what it did last is not known
-  int exit_code = -1;                    ///< as in CONVENTIONS.md; -1: a signal, or none
+  bool stopped = false;  ///< on request; unless it was killed, it reports a safe end
+  bool killed = false;   ///< a signal ended it: what it did last is not known
+  int exit_code = -1;    ///< as in CONVENTIONS.md; -1: a signal, or none
   std::vector<std::string> errors = {};  ///< latest errors, one per line; the last ended the job
   std::vector<std::string> output = {};  ///< the last lines of its answer
 };

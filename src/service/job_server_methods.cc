@@ -233,7 +233,9 @@ RpcAnswer JobServer::Use(Proposal proposal) {
 
 RpcAnswer JobServer::EmergencyStop() {
   constexpr double kPatience_s = 10;
-  if (stopping_.exchange(true)) return Ok(json::object());  // of an impatient hand
+  if (stopping_.exchange(true)) {
+    return RpcAnswer::Refused(kBusy, "an emergency stop is being sent already");
+  }
   const std::shared_ptr<void> done(nullptr, [this](void*) { stopping_ = false; });
   const std::shared_lock use(using_printer_);
   machine::Printer* printer = nullptr;

@@ -23,7 +23,7 @@ using nlohmann::json;
 constexpr const char* kPrinterFile = "printer.cfg";
 constexpr const char* kMacroFile = "trammel.cfg";
 constexpr std::string_view kInclude = "[include trammel.cfg]";
-constexpr std::size_t kMaxBytes = 1 << 20;
+constexpr std::size_t kMaxBytes = 16 << 20;  // assumed: more than any configuration has
 constexpr double kAsk_s = 10;
 constexpr double kRestart_s = 120;  // a slow computer, and a board that is flashed anew
 
@@ -38,10 +38,13 @@ constexpr Section kSections[] = {{"virtual_sdcard", "prints: without it no patte
                                  {"respond", "dialogs on the printer's screen and in front ends"},
                                  {"save_variables", "storing a value for a filament"}};
 
-// Returns a file beside printer.cfg; absent if there is none.
-Result<std::optional<std::string>> FileOf(Printer& printer, const char* name,
-                                          const WaitLimit& limit) {
-  auto text = printer.DownloadConfig(name, kMaxBytes, limit);
+Result<std::string> PrinterCfg(Printer& printer, const WaitLimit& limit) {
+  return printer.DownloadConfig(kPrinterFile, kMaxBytes, limit);
+}
+
+// Returns the macros beside printer.cfg; absent if there are none.
+Result<std::optional<std::string>> MacrosOn(Printer& printer, const WaitLimit& limit) {
+  auto text = printer.DownloadConfig(kMacroFile, kMaxBytes, limit);
   if (text) return std::optional(std::move(*text));
   if (text.error().kind == ErrorKind::kInput) return std::optional<std::string>();
   return tl::unexpected(text.error());
@@ -115,18 +118,19 @@ Result<void> Restart(Printer& printer, const std::stop_token& stop) {
 
 Result<void> PutBackMacros(Printer& printer, const Note& note, const WaitLimit& limit) {
   if (note.macros) return printer.UploadConfig(kMacroFile, *note.macros, limit);
-  if (!TRY(FileOf(printer, kMacroFile, limit))) return {};
+  if (!TRY(MacrosOn(printer, limit))) return {};
   TRY(printer.CallServer("server.files.delete_file",
                          {{"path", fmt::format("config/{}", kMacroFile)}}, limit));
   return {};
 }
 
-// The include goes first: without its file Klipper would not start.
+// The include goes first: without its file Klipper would not start. One that the owner had stays.
 Result<void> PutBack(Printer& printer, const Note& note, const WaitLimit& limit) {
-  const auto now = TRY(FileOf(printer, kPrinterFile, limit));
-  if (!now) return Fail("there is no printer.cfg", ErrorKind::kMachine);
-  const std::string restored = *now == note.after ? note.before : WithoutInclude(*now);
-  if (restored != *now) TRY(printer.UploadConfig(kPrinterFile, restored, limit));
+  const std::string now = TRY(PrinterCfg(printer, limit));
+  const std::string restored = now == note.after           ? note.before
+                               : note.before == note.after ? now
+                                                           : WithoutInclude(now);
+  if (restored != now) TRY(printer.UploadConfig(kPrinterFile, restored, limit));
   return PutBackMacros(printer, note, limit);
 }
 
@@ -159,11 +163,7 @@ json JsonOf(const PrinterSetup& setup) {
 }
 
 std::string WithInclude(std::string_view printer_cfg) {
-  for (std::string_view rest = printer_cfg; !rest.empty();) {
-    const std::string_view line = rest.substr(0, rest.find('\n'));
-    if (IsInclude(line)) return std::string(printer_cfg);
-    rest.remove_prefix(std::min(rest.size(), line.size() + 1));
-  }
+  if (WithoutInclude(printer_cfg) != printer_cfg) return std::string(printer_cfg);
   const std::size_t end = printer_cfg.find('\n');
   const bool dos = end != std::string_view::npos && end > 0 && printer_cfg[end - 1] == '\r';
   return fmt::format("{}{}{}", kInclude, dos ? "\r\n" : "\n", printer_cfg);
@@ -188,15 +188,14 @@ Result<PrinterSetup> LookAtSetup(Printer& printer, const fs::path& note, const W
   setup.missing = MissingOf(TRY(printer.Query({{"configfile", {"settings"}}}, limit)));
   setup.can_undo = ReadNote(note).has_value();
   if (setup.has_macros) return setup;
-  const auto printer_cfg = TRY(FileOf(printer, kPrinterFile, limit));
-  if (!printer_cfg) return Fail("there is no printer.cfg in the folder that Moonraker serves");
-  const auto macros = TRY(FileOf(printer, kMacroFile, limit));
+  const std::string printer_cfg = TRY(PrinterCfg(printer, limit));
+  const auto macros = TRY(MacrosOn(printer, limit));
   if (!macros) {
     setup.changes.push_back({kMacroFile, "new: macros, which nothing calls but trammel and you"});
   } else if (*macros != kMacros) {
     setup.changes.push_back({kMacroFile, "replaced by that of this trammel; the old one is kept"});
   }
-  if (WithInclude(*printer_cfg) != *printer_cfg) {
+  if (WithInclude(printer_cfg) != printer_cfg) {
     setup.changes.push_back({kPrinterFile, fmt::format("new first line: {}", kInclude)});
   }
   if (setup.changes.empty())
@@ -209,7 +208,7 @@ namespace {
 Result<void> Upload(Printer& printer, const Note& note, const std::string& printer_cfg,
                     const RestartBlockerCallback& blocker, const WaitLimit& limit) {
   TRY(printer.UploadConfig(kMacroFile, kMacros, limit));
-  if (TRY(FileOf(printer, kPrinterFile, limit)) != printer_cfg) {
+  if (TRY(PrinterCfg(printer, limit)) != printer_cfg) {
     return Fail("printer.cfg was changed meanwhile: try again", ErrorKind::kMachine);
   }
   if (note.after != printer_cfg) TRY(printer.UploadConfig(kPrinterFile, note.after, limit));
@@ -222,16 +221,15 @@ Result<void> Upload(Printer& printer, const Note& note, const std::string& print
 Result<void> SetUpPrinter(Printer& printer, const fs::path& folder,
                           const RestartBlockerCallback& blocker, const std::stop_token& stop) {
   const WaitLimit limit{kAsk_s, stop};
-  const auto printer_cfg = TRY(FileOf(printer, kPrinterFile, limit));
-  if (!printer_cfg) return Fail("there is no printer.cfg in the folder that Moonraker serves");
-  Note note{*printer_cfg, WithInclude(*printer_cfg), TRY(FileOf(printer, kMacroFile, limit))};
+  const std::string printer_cfg = TRY(PrinterCfg(printer, limit));
+  Note note{printer_cfg, WithInclude(printer_cfg), TRY(MacrosOn(printer, limit))};
   // The files to go back to are those before the first of several changes.
   if (auto earlier = ReadNote(folder); earlier && earlier->after == note.before) {
     note.before = std::move(earlier->before);
     note.macros = std::move(earlier->macros);
   }
   TRY(WriteNote(folder, note));
-  const auto uploaded = Upload(printer, note, *printer_cfg, blocker, limit);
+  const auto uploaded = Upload(printer, note, printer_cfg, blocker, limit);
   const auto done = uploaded ? Restart(printer, stop) : uploaded;
   if (done) return {};
   auto back = PutBack(printer, note, {kAsk_s, {}});

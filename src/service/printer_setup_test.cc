@@ -128,6 +128,17 @@ TEST_F(PrinterSetupTest, TakesEverythingBackWhereKlipperDoesNotStart) {
   EXPECT_FALSE(Look().can_undo);
 }
 
+TEST_F(PrinterSetupTest, LeavesAnIncludeThatTheOwnerHad) {
+  const std::string own = "[mcu]\n[include trammel.cfg]\n";
+  printer_.config_files["printer.cfg"] = own;
+  printer_.config_files["trammel.cfg"] = "# old\n";
+  ASSERT_TRUE(SetUpPrinter(printer_, note_, free_, {}));
+  printer_.config_files["printer.cfg"] += "[fan]\n";
+  ASSERT_TRUE(UndoSetUp(printer_, note_, free_, {}));
+  EXPECT_EQ(printer_.config_files["printer.cfg"], own + "[fan]\n");
+  EXPECT_EQ(printer_.config_files["trammel.cfg"], "# old\n");
+}
+
 TEST_F(PrinterSetupTest, RestartsNothingIntoAPrintThatBeganMeanwhile) {
   blocker_ = "the printer is printing";
   const auto done = SetUpPrinter(printer_, note_, free_, {});

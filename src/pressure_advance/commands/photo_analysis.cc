@@ -309,13 +309,13 @@ std::string WithoutEnds(const PhotoPlan& plan) {
   const double last_mm = plan.segments.back().fraction * *plan.length_mm;
   const double change_mm_s = plan.segments[1].speed_mm_s - plan.segments.back().speed_mm_s;
   const double highest_s = std::ranges::max(plan.pressure_advance_s);
-  constexpr double kMany = 3;  // half of the lines, where the right value is low in the range
+  constexpr double kMany =
+      3;  // assumed: half of the lines, where the right value is low in the range
   const double empty_s = last_mm / change_mm_s;
   if (!(change_mm_s > 0) || highest_s < kMany * empty_s) return {};
   return fmt::format(
       ". The values reach {:.3g} s: {:.2g} s above the right one, a line is empty to its end. If "
-      "many "
-      "are, print values of at most {:.2g} s",
+      "many are, print values of at most {:.2g} s",
       highest_s, empty_s, 2 * empty_s);
 }
 

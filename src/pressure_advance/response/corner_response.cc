@@ -124,8 +124,9 @@ RangedAnswer Judge(const signal::ZeroCrossing& fit, double wider, const CornerMo
   const double freedom = std::max(1.0, fit.points - 3);
   const double ratio = sigma * sigma / std::max(1e-12, lines * lines);
   const double half = StudentT95(freedom * ratio * ratio) * sigma;
-  // Near 0 no corner lies on the other side of the crossing. Of 116 answers 7 had an interval that
-  // reached 0, and 3 of these missed the right value, of the other 109 one.
+  // Near 0 no corner lies on the other side of the crossing. Of 116 answers (virtual photos, seeds
+  // 910000 to 910099 of both tools) 7 had an interval that reached 0, and 3 of these missed the
+  // right value, of the other 109 one.
   if (value < half && value + half < tested.hi) {
     return {Measured::CannotTell(fmt::format(
                 "0 to {:.2g} s are possible: corners do not tell so low a value; print lines (PA "
