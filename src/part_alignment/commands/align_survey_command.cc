@@ -76,21 +76,34 @@ Result<std::vector<fs::path>> PicturesOf(const std::vector<std::string>& names) 
   return pictures;
 }
 
+// Reads the observations, and adds those of the pictures.
 Result<procedure::SurveyReading> ReadObservations(const SurveyArguments& arguments) {
-  if (arguments.observations.empty() == arguments.pictures.empty()) {
-    return Fail("align survey takes either pictures or --observations FILE");
+  if (arguments.observations.empty() && arguments.pictures.empty()) {
+    return Fail("align survey takes pictures, --observations FILE, or both");
   }
+  procedure::SurveyReading all;
   if (!arguments.observations.empty()) {
-    auto pictures = TRY(files::ReadSurveyFile(arguments.observations));
-    return procedure::SurveyReading{std::move(pictures), {}};
+    all.pictures = TRY(files::ReadSurveyFile(arguments.observations));
   }
+  if (arguments.pictures.empty()) return all;
   procedure::SurveyReadOptions options;
   options.book = TRY(part_alignment::MakeCodeBook(arguments.bits));
   options.extra_sigma_px = arguments.extra_sigma_px;
   options.plain = arguments.plain;
   const auto paths = TRY(PicturesOf(arguments.pictures));
-  return procedure::ReadSurveyPictures(
-      paths, options, [](const std::string& line) { fmt::print(stderr, "{}\n", line); });
+  auto read = TRY(procedure::ReadSurveyPictures(
+      paths, options, [](const std::string& line) { fmt::print(stderr, "{}\n", line); }));
+  for (part_alignment::SurveyPicture& picture : read.pictures) {
+    const auto same =
+        std::ranges::find(all.pictures, picture.name, &part_alignment::SurveyPicture::name);
+    if (same != all.pictures.end()) {
+      return Fail(fmt::format("{}: {} has a picture of that name already", picture.name,
+                              arguments.observations));
+    }
+    all.pictures.push_back(std::move(picture));
+  }
+  all.notices = std::move(read.notices);
+  return all;
 }
 
 // Checks that a table of points can contain the name.
@@ -139,7 +152,7 @@ void AddAlignSurveyCommand(CLI::App& parent, int& exit_code) {
                       "picture files or folders, in the order in which they were taken");
   command->add_option(
       "--observations", arguments->observations,
-      "instead of pictures: what --keep-observations, or another program, found in them");
+      "what --keep-observations, or another program, found in pictures before these");
   command->add_option("--scale-bars", arguments->scale_bars,
                       "JSON with scale_bars: from, to, length_mm, sigma_mm; PART.json will do");
   command

@@ -137,7 +137,7 @@ TEST_F(AlignSurvey, NamesABarAloneAsUncheckedInTheHeadOfEveryAnswer) {
 }
 
 TEST_F(AlignSurvey, RefusesWhatCannotBeByName) {
-  EXPECT_THAT(Run("").standard_error, HasSubstr("either pictures or --observations"));
+  EXPECT_THAT(Run("").standard_error, HasSubstr("pictures, --observations FILE, or both"));
   fs::create_directory(At("empty"));
   EXPECT_THAT(Run("empty").standard_error, HasSubstr("empty: no picture"));
   EXPECT_THAT(Run("none.jpg").standard_error, HasSubstr("none.jpg"));
@@ -224,6 +224,18 @@ TEST_F(AlignSurvey, MeasuresAPartFromItsPictures) {
     EXPECT_LT(std::abs(errors.coordinates[i]), kFiveSigma * std::sqrt(survey.covariance(i, i)));
   }
   EXPECT_LT(errors.coordinates.cwiseAbs().maxCoeff(), 0.5);
+  // Pictures that come one by one yield the same observations.
+  for (std::size_t s = 0; s < 3; ++s) {
+    const std::string before = s == 0 ? "" : " --observations few.json";
+    (void)Run("pictures/" + std::to_string(100 + s) + ".png" + before +
+              " --keep-observations few.json --force");
+  }
+  const json few = json::parse(test::ReadWhole(At("few.json"))).at("pictures");
+  const json all = json::parse(test::ReadWhole(At("observations.json"))).at("pictures");
+  ASSERT_EQ(few.size(), 3U);
+  for (std::size_t s = 0; s < few.size(); ++s) EXPECT_EQ(few[s], all[s]);
+  EXPECT_THAT(Run("pictures/100.png --observations few.json").standard_error,
+              HasSubstr("100.png: few.json has a picture of that name already"));
   // The stored observations yield the same answer.
   const auto again = Run("--observations observations.json --scale-bars bars.json --json");
   EXPECT_EQ(json::parse(again.standard_output).at("targets"),
