@@ -18,7 +18,7 @@ COMMON = {
     "document": {"base", "image", "settings"},
     "machine": {"base", "files", "geometry", "image"},
     "session": {"base", "files", "machine", "settings"},
-    "service": {"base", "files", "machine", "measurement", "session", "settings"},
+    "service": {"base", "document", "files", "machine", "measurement", "session", "settings"},
     "panel": {"base", "document", "files", "gcode", "machine", "measurement", "service"},
     "sim": {"base", "files", "geometry", "image"},
 }

@@ -7,11 +7,9 @@
 #include <cstddef>
 #include <cstdio>
 #include <limits>
-#include <map>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <string>
-#include <tuple>
 #include <utility>
 #include <vector>
 
@@ -21,10 +19,12 @@
 #include "app/provenance.h"
 #include "base/json_text.h"
 #include "base/measured_json.h"
+#include "base/utf8.h"
 #include "document/interval_text.h"
 #include "measurement/change.h"
 #include "measurement/history.h"
 #include "measurement/outcome_file.h"
+#include "service/kept_results.h"
 
 namespace trammel::app {
 namespace {
@@ -45,7 +45,7 @@ struct HistoryArguments {
   std::size_t last = 20;
   std::size_t number = 1;
   std::size_t before = 2;
-  double age_days = 90;
+  double age_days = service::kOldAge_days;
   bool json = false;
 
   [[nodiscard]] bool chooses() const { return !instrument.empty() || subject != Subject{}; }
@@ -116,6 +116,8 @@ ordered_json EntryJson(std::size_t number, const HistoryEntry& entry) {
   ordered_json json = files::JsonOf(entry.outcome);
   json["folder"] = entry.folder;
   json["number"] = number;
+  json["note"] = entry.remark.note;
+  json["pinned"] = entry.remark.pinned;
   json["applied"] = ordered_json::array();
   for (const files::Application& application : entry.applied) {
     json["applied"].push_back(files::JsonOf(application));
@@ -166,10 +168,10 @@ Result<int> RunShow(const HistoryArguments& arguments) {
   }
   fmt::print("{}", EntryText(arguments.number, entry, entry.outcome.answers.size()));
   const Subject& subject = entry.outcome.subject;
-  for (const measurement::Change& change : CompareWithEarlier(history, entry)) {
-    fmt::print("     {}: {}\n", change.name, DriftText(change));
+  for (const measurement::Change& change : service::CompareWithEarlier(history, entry)) {
+    fmt::print("     {}: {}\n", change.name, service::DriftText(change));
   }
-  if (const auto* nozzle = NozzleChangeBefore(history, subject.printer, entry.order)) {
+  if (const auto* nozzle = service::NozzleChangeBefore(history, subject.printer, entry.order)) {
     fmt::print("     the nozzle was changed {}: compared with no older result\n", nozzle->utc);
   }
   for (const std::string& source : entry.outcome.provenance.sources) {
@@ -184,6 +186,10 @@ Result<int> RunShow(const HistoryArguments& arguments) {
     if (application.before) fmt::print("       in force before: {:.4g}\n", *application.before);
   }
   for (const std::string& notice : entry.outcome.notices) fmt::print("     notice: {}\n", notice);
+  if (!entry.remark.note.empty()) {
+    fmt::print("     note: {}\n", EscapedForTerminal(entry.remark.note));
+  }
+  if (entry.remark.pinned) fmt::print("     pinned\n");
   return kExitGood;
 }
 
@@ -201,19 +207,6 @@ ordered_json ComparisonJson(const HistoryArguments& arguments,
                                {"differs", change.differs()}});
   }
   return json;
-}
-
-/// Lists the known differences of the subjects.
-std::string OtherThings(const Subject& before, const Subject& after) {
-  std::string text;
-  for (const auto& [key, words, member] : measurement::SubjectTexts()) {
-    const std::string& a = before.*member;
-    const std::string& b = after.*member;
-    if (a == b) continue;
-    text += fmt::format("     another {}: {}, then {}\n", words, a.empty() ? "not noted" : a,
-                        b.empty() ? "not noted" : b);
-  }
-  return text;
 }
 
 Result<int> RunCompare(const HistoryArguments& arguments) {
@@ -246,124 +239,23 @@ Result<int> RunCompare(const HistoryArguments& arguments) {
     fmt::print("{:<4} {}  {}  {}\n", number, outcome->provenance.utc,
                WordsOf(outcome->provenance.instrument), VerdictText(outcome->verdict()));
   }
-  fmt::print("{}", OtherThings(before.subject, after.subject));
+  for (const std::string& other : service::OtherConditions(before.subject, after.subject)) {
+    fmt::print("     {}\n", other);
+  }
   for (const measurement::Change& change : changes) {
-    fmt::print("     {}  {}\n", change.name, ChangeText(change));
+    fmt::print("     {}  {}\n", change.name, service::ChangeText(change));
   }
   if (changes.empty()) fmt::print("     they have no quantity in common\n");
   return code;
 }
 
-/// Returns a text for a table; one that a spreadsheet would treat as a formula gets a leading
-/// apostrophe.
-std::string Cell(std::string_view text) {
-  const bool formula =
-      !text.empty() && std::string_view("=+-@\t\r").find(text[0]) != std::string_view::npos;
-  std::string cell = formula ? "\"'" : "\"";
-  for (const char c : text) cell += c == '"' ? std::string("\"\"") : std::string(1, c);
-  return cell + "\"";
-}
-
-/// Returns a result as rows of CSV, one for each answer; numbers are empty unless the verdict is
-/// good.
-std::string HistoryRows(const files::HistoryEntry& entry) {
-  const auto& [provenance, answers, notices, subject] = entry.outcome;
-  const auto applied = std::find_if(
-      entry.applied.rbegin(), entry.applied.rend(),
-      [](const auto& each) { return each.step == files::Application::Step::kApplied; });
-  const files::Application last = applied == entry.applied.rend() ? files::Application{} : *applied;
-  std::string rows;
-  for (const measurement::Answer& answer : answers) {
-    std::string numbers = ",,,";
-    if (answer.value.good()) {
-      const Quantity& quantity = answer.value.quantity();
-      numbers = fmt::format("{},{},{},{}", quantity.value, quantity.standard_uncertainty,
-                            quantity.interval95.lo, quantity.interval95.hi);
-    }
-    rows += fmt::format("{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{}\n",
-                        Cell(provenance.utc), ToString(provenance.instrument),
-                        Cell(subject.printer), Cell(subject.nozzle), Cell(subject.filament),
-                        Cell(answer.name), Cell(answer.unit), ToString(answer.value.verdict()),
-                        numbers, Cell(answer.value.reason()), Cell(last.utc), Cell(last.machine),
-                        Cell(provenance.program), Cell(entry.folder), Cell(subject.toolhead),
-                        Cell(subject.spool), Cell(subject.nozzle_c), Cell(subject.bed_c));
-  }
-  return rows;
-}
-
 Result<int> RunExport(const HistoryArguments& arguments) {
   const auto history = TRY(Read(arguments, kAll));
-  std::fputs(
-      "utc,instrument,printer,nozzle,filament,name,unit,verdict,value,standard_uncertainty,"
-      "interval95_lo,interval95_hi,reason,applied_utc,applied_to,program,folder,toolhead,spool,"
-      "nozzle_c,bed_c\n",
-      stdout);
-  for (const HistoryEntry& entry : history.entries) std::fputs(HistoryRows(entry).c_str(), stdout);
+  std::fputs(service::ToCsv(history).c_str(), stdout);
   return kExitGood;
 }
 
-/// Measurand with repeated results.
-struct Measurand {
-  Instrument instrument = Instrument::kPressureAdvance;
-  Subject subject = {};  // without its spool and temperatures
-  std::vector<std::string> reasons = {};
-  std::string last_good_utc = {};
-};
-
-/// @param entries  of one thing, the newest first
-Measurand Judge(const files::History& history, const std::vector<const HistoryEntry*>& entries,
-                double age_days) {
-  measurement::Series series;
-  const measurement::Outcome& newest = entries.front()->outcome;
-  if (newest.verdict() != Verdict::kGood) series.last_reason = newest.reason();
-  const auto good = std::ranges::find(
-      entries, Verdict::kGood, [](const HistoryEntry* entry) { return entry->outcome.verdict(); });
-  if (good != entries.end()) {
-    const HistoryEntry& last = **good;
-    series.last_good_utc = last.outcome.provenance.utc;
-    series.applied = WasApplied(last);
-    series.changed =
-        std::ranges::any_of(CompareWithEarlier(history, last), &measurement::Change::differs);
-    const auto* nozzle = NozzleChangeBefore(history, last.outcome.subject.printer,
-                                            std::numeric_limits<std::int64_t>::max());
-    if (nozzle != nullptr && nozzle->after >= last.order) series.nozzle_utc = nozzle->utc;
-  }
-  Measurand measurand{newest.provenance.instrument, newest.subject,
-                      ReasonsToMeasure(series, UtcNow(), age_days), series.last_good_utc};
-  measurand.subject.spool = {};
-  measurand.subject.nozzle_c = {};
-  measurand.subject.bed_c = {};
-  return measurand;
-}
-
-/// Returns all measurands of the results, due ones first.
-std::vector<Measurand> FindMeasurands(const HistoryArguments& arguments,
-                                      const files::History& history) {
-  std::map<std::tuple<Instrument, std::string, std::string, std::string, std::string>,
-           std::vector<const HistoryEntry*>>
-      things;
-  for (const HistoryEntry& entry : history.entries) {
-    const Subject& subject = entry.outcome.subject;
-    things[{entry.outcome.provenance.instrument, subject.printer, subject.nozzle, subject.filament,
-            subject.toolhead}]
-        .push_back(&entry);
-  }
-  std::vector<Measurand> measurands;
-  for (const auto& [thing, entries] : things) {
-    measurands.push_back(Judge(history, entries, arguments.age_days));
-  }
-  if (measurands.empty() && arguments.chooses()) {
-    measurands.push_back(
-        {measurement::InstrumentNamed(arguments.instrument).value_or(Instrument::kPressureAdvance),
-         arguments.subject,
-         {"it was never measured"}});
-  }
-  std::ranges::stable_partition(
-      measurands, [](const Measurand& measurand) { return !measurand.reasons.empty(); });
-  return measurands;
-}
-
-std::string DueText(const Measurand& measurand) {
+std::string DueText(const service::Measurand& measurand) {
   std::string text = fmt::format("{:<8} {}", measurand.reasons.empty() ? "fine" : "due",
                                  WordsOf(measurand.instrument));
   for (const auto& [key, words, member] : measurement::SubjectTexts()) {
@@ -380,7 +272,7 @@ std::string DueText(const Measurand& measurand) {
   return text;
 }
 
-ordered_json DueJson(const Measurand& measurand) {
+ordered_json DueJson(const service::Measurand& measurand) {
   ordered_json subject = ordered_json::object();
   files::AddSubject(subject, measurand.subject);
   return {{"due", !measurand.reasons.empty()},
@@ -390,10 +282,23 @@ ordered_json DueJson(const Measurand& measurand) {
           {"last_good", measurand.last_good_utc}};
 }
 
+// A choice that matches nothing was never measured.
+std::vector<service::Measurand> MeasurandsOf(const HistoryArguments& arguments,
+                                             const files::History& history) {
+  auto measurands = service::FindMeasurands(history, UtcNow(), arguments.age_days);
+  if (measurands.empty() && arguments.chooses()) {
+    measurands.push_back(
+        {measurement::InstrumentNamed(arguments.instrument).value_or(Instrument::kPressureAdvance),
+         arguments.subject,
+         {"it was never measured"}});
+  }
+  return measurands;
+}
+
 Result<int> RunDue(const HistoryArguments& arguments) {
   const auto history = TRY(Read(arguments, kAll));
   ordered_json list = ordered_json::array();
-  for (const Measurand& measurand : FindMeasurands(arguments, history)) {
+  for (const service::Measurand& measurand : MeasurandsOf(arguments, history)) {
     if (arguments.json) {
       list.push_back(DueJson(measurand));
     } else {

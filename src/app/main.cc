@@ -41,6 +41,9 @@ trammel::service::Offerings Offers() {
 #ifdef TRAMMEL_TAP
   offered.attendants.push_back({"taps", {"tap", "watch", "--answer"}});
 #endif
+#ifdef TRAMMEL_PART_ALIGNMENT
+  offered.surveys = true;
+#endif
   return offered;
 }
 

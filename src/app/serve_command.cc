@@ -89,6 +89,7 @@ Result<service::ServedPrinter> ServedAt(const service::PrinterPlace& place,
                    offered.jobs,
                    UtcNow,
                    [](const std::string& line) { fmt::print(stderr, "{}\n", line); }};
+  served.server.answers_taps = arguments.answer_taps;
   if (arguments.answer_taps) served.attendants = offered.attendants;
   served.connect = [settings = config.scan](const std::stop_token& stop) {
     return ConnectAsService(settings, stop);
@@ -133,11 +134,12 @@ Result<panel::HttpServerOptions> PlaceOfPanel(const ServeArguments& arguments) {
 }
 
 Result<std::unique_ptr<panel::Panel>> OpenPanel(const ServeArguments& arguments,
-                                                const service::JobServerOptions& server) {
+                                                const service::JobServerOptions& server,
+                                                bool surveys) {
   if (arguments.panel.empty()) return std::unique_ptr<panel::Panel>();
   const auto place = TRY(PlaceOfPanel(arguments));
-  auto opened = TRY(
-      panel::Panel::Open({place, {server.program, server.recordings, server.utc_now, server.log}}));
+  auto opened = TRY(panel::Panel::Open(
+      {place, {server.program, server.recordings, server.utc_now, server.log}, surveys}));
   const bool six = place.address.find(':') != std::string::npos;
   server.log(fmt::format("panel at http://{}{}{}:{}/", six ? "[" : "", place.address,
                          six ? "]" : "", opened->port()));
@@ -158,11 +160,13 @@ Result<int> RunServe(const ServeArguments& arguments, const service::Offerings& 
   const auto places = TRY(PlacesOf(arguments));
   if (!arguments.ask.empty()) return AskService(arguments, places.front(), interrupt.token());
   std::vector<service::ServedPrinter> printers;
+  const auto in_use = std::make_shared<service::FoldersInUse>();
   for (const service::PrinterPlace& place : places) {
     auto served = TRY(ServedAt(place, arguments, offered));
+    served.server.in_use = in_use;
     printers.push_back(std::move(served));
   }
-  const auto panel = TRY(OpenPanel(arguments, printers.front().server));
+  const auto panel = TRY(OpenPanel(arguments, printers.front().server, offered.surveys));
   service::Beside beside;
   if (panel) beside = [&panel](auto servers, const auto& stop) { panel->Run(servers, stop); };
   const auto was_working = TRY(service::Serve(printers, interrupt.token(), beside));

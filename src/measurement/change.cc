@@ -130,14 +130,14 @@ bool SameSubject(const Outcome& a, const Outcome& b) {
          !(of_a_filament && a.subject.filament.empty());
 }
 
-namespace {
-
 std::optional<std::time_t> ParseUtc(const std::string& text) {
   std::tm time{};
   const char* const end = strptime(text.c_str(), "%Y-%m-%dT%H:%M:%SZ", &time);
   if (end == nullptr || *end != '\0') return std::nullopt;
   return timegm(&time);
 }
+
+namespace {
 
 /// Returns the reason to remeasure by age; empty: it is recent.
 std::string AgeReason(const std::string& last_utc, const std::string& now_utc, double age_days) {

@@ -2,6 +2,8 @@
 #pragma once
 
 #include <cstddef>
+#include <ctime>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -45,6 +47,9 @@ inline constexpr std::size_t kFewestForDrift = 3;
 /// toolhead or nozzle temperature if both note them. False if nothing is noted of both, and for
 /// pressure advances of an unnamed filament.
 [[nodiscard]] bool SameSubject(const Outcome& a, const Outcome& b);
+
+/// Returns the seconds since 1970 of a provenance's time; absent if it is none.
+[[nodiscard]] std::optional<std::time_t> ParseUtc(const std::string& text);
 
 /// Summary of one subject's results.
 struct Series {

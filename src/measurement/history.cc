@@ -23,6 +23,7 @@ using measurement::Outcome;
 
 constexpr int kApplicationId = 0x54524D4C;  // "TRML"
 constexpr int kVersion = 1;
+const std::string kDeleted = ".deleted-";  // begins the name of a folder that is being removed
 
 constexpr const char* kTables =
     "CREATE TABLE result (id INTEGER PRIMARY KEY, folder TEXT NOT NULL UNIQUE,"
@@ -99,6 +100,7 @@ void ForEachResultFile(const fs::path& recordings,
   for (fs::directory_iterator folder(recordings, error), end; !error && folder != end;
        folder.increment(error)) {
     std::error_code gone;
+    if (folder->path().filename().string().starts_with(kDeleted)) continue;
     const fs::path file = folder->path() / kResultFile;
     if (fs::is_regular_file(fs::symlink_status(file, gone)) && !visit(file)) return;
   }
@@ -173,7 +175,7 @@ void ReadFolders(SQLite::Database& database, const fs::path& recordings,
 /// Throws Damaged.
 std::vector<HistoryEntry> Select(SQLite::Database& database, const fs::path& recordings,
                                  const HistoryQuery& query) {
-  std::string where = "1";
+  std::string where = "json <> ''";  // one without is of a deleted recording
   std::vector<std::string> texts;
   const auto ask = [&](const char* column, const std::string& text) {
     if (text.empty()) return;
@@ -199,6 +201,7 @@ std::vector<HistoryEntry> Select(SQLite::Database& database, const fs::path& rec
     auto outcome = ParseOutcome(rows.getColumn(3).getString(), std::string(kHistoryFile));
     if (!outcome || Fingerprint(*outcome) != entry.fingerprint) throw Damaged();
     entry.outcome = std::move(*outcome);
+    entry.remark = ReadRemark(entry.folder);
     entries.push_back(std::move(entry));
   }
   return entries;
@@ -263,6 +266,39 @@ Result<History> ReadHistory(const fs::path& recordings, const HistoryQuery& quer
   read(in_memory);
   history.without_store = why_not;
   return history;
+}
+
+// The row stays, without its contents: the next one must not get its number, which nozzle changes
+// refer to.
+Result<void> DeleteRecording(const fs::path& recordings, const std::string& folder) {
+  const fs::path path = recordings / folder;
+  const bool plain = !folder.empty() && folder.find('/') == std::string::npos && folder[0] != '.';
+  std::error_code error;
+  if (!plain || !fs::is_directory(fs::symlink_status(path, error))) {
+    return Fail(fmt::format("there is no recording '{}'", folder));
+  }
+  const fs::path gone = recordings / (kDeleted + folder);
+  std::error_code kept;
+  const std::string why_not = UseFile(recordings, [&](SQLite::Database& database) {
+    if (fs::exists(path, error)) fs::rename(path, gone, kept);
+    if (kept) return;
+    SQLite::Statement empty(
+        database,
+        "UPDATE result SET folder = '/' || id, stamp = '', fingerprint = '',"
+        " printer = '', nozzle = '', filament = '', json = '' WHERE folder = ?");
+    empty.bind(1, folder);
+    empty.exec();
+  });
+  if (!why_not.empty()) return Fail(why_not);
+  if (kept) return Fail(fmt::format("cannot remove {}: {}", path.string(), kept.message()));
+  // Without the lock: it may be gigabytes. What an earlier run left is removed, too.
+  std::vector<fs::path> left;
+  for (fs::directory_iterator each(recordings, error), end; !error && each != end;
+       each.increment(error)) {
+    if (each->path().filename().string().starts_with(kDeleted)) left.push_back(each->path());
+  }
+  for (const fs::path& each : left) fs::remove_all(each, error);
+  return {};
 }
 
 Result<void> AddApplications(const fs::path& applied, History& history) {

@@ -11,6 +11,7 @@
 #include "base/result.h"
 #include "measurement/applied.h"
 #include "measurement/outcome.h"
+#include "measurement/remark.h"
 
 namespace trammel::files {
 
@@ -24,6 +25,7 @@ struct HistoryEntry {
   std::string fingerprint;                ///< result's fingerprint
   std::int64_t order = 0;                 ///< order of first reading, from 1
   std::vector<Application> applied = {};  ///< oldest first; AddApplications
+  Remark remark = {};                     ///< its owner's
 };
 
 struct NozzleChange {
@@ -55,6 +57,11 @@ struct History {
 /// Errors (kInput): no such folder.
 [[nodiscard]] Result<History> ReadHistory(const std::filesystem::path& recordings,
                                           const HistoryQuery& query);
+
+/// Removes a recording: its folder with all files, and its result. Follows no link.
+/// Errors (kInput): no such folder directly in the recordings; it cannot be removed.
+[[nodiscard]] Result<void> DeleteRecording(const std::filesystem::path& recordings,
+                                           const std::string& folder);
 
 /// Adds to entries their records in applied.jsonl. Errors: those of AllApplications.
 [[nodiscard]] Result<void> AddApplications(const std::filesystem::path& applied, History& history);

@@ -178,6 +178,42 @@ TEST_F(ResultHistory, KnowsTheOrderOfResultsAndNozzleChangesWhateverTheClock) {
   EXPECT_GE(change.after, history.entries[1].order);
 }
 
+TEST_F(ResultHistory, ADeletedRecordingIsGoneAndItsNumberIsNotUsedAgain) {
+  Add(1);
+  Add(2);
+  Add(3);
+  ASSERT_TRUE(WriteRemark(FolderOf(2), {"kept", true}));
+  EXPECT_EQ(Read().entries.at(1).remark, (Remark{"kept", true}));
+  ASSERT_TRUE(NoteNozzleChange(folder_.path(), "2026-01-05T00:00:00Z", "printer.local"));
+  ASSERT_TRUE(DeleteRecording(folder_.path(), "r3"));
+  EXPECT_FALSE(fs::exists(FolderOf(3)));
+  EXPECT_THAT(Values(), ElementsAre(2, 1));
+  Add(4);
+  const History history = Read();
+  EXPECT_GT(history.entries.front().order, history.nozzle_changes.front().after);
+  Add(3);  // a recording of that name may come again
+  EXPECT_THAT(Values(), ElementsAre(4, 3, 2, 1));
+
+  fs::create_directory_symlink(FolderOf(1), folder_.path() / "link");
+  for (const char* name : {"", ".", "..", "r1/..", "none", "link", "history.db", "/tmp"}) {
+    EXPECT_FALSE(DeleteRecording(folder_.path(), name)) << name;
+  }
+  fs::remove(folder_.path() / "link");
+  EXPECT_THAT(Values(), ElementsAre(4, 3, 2, 1));
+}
+
+TEST_F(ResultHistory, ARemarkThatCannotBeReadIsNone) {
+  fs::create_directory(FolderOf(1));
+  for (const char* text : {"", "[", "[]", R"({"note": 7, "pinned": "yes"})"}) {
+    test::WriteWhole(FolderOf(1) / kRemarkFile, text);
+    EXPECT_EQ(ReadRemark(FolderOf(1)), Remark{}) << text;
+  }
+  EXPECT_FALSE(WriteRemark(FolderOf(1), {std::string(kMaxNoteBytes + 1, 'x'), false}));
+  EXPECT_FALSE(WriteRemark(FolderOf(1), {"\xff", false}));
+  ASSERT_TRUE(WriteRemark(FolderOf(1), {}));
+  EXPECT_FALSE(fs::exists(FolderOf(1) / kRemarkFile));
+}
+
 TEST_F(ResultHistory, NotesNozzleChangesADayWithinABound) {
   for (int i = 0; i < kMaxChangesADay; ++i) {
     ASSERT_TRUE(NoteNozzleChange(folder_.path(), "2026-01-02T00:00:00Z", "printer.local"));

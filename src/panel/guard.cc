@@ -53,7 +53,8 @@ bool IsOurs(const RequestHead& head) {
 constexpr std::string_view kTypes[] = {"application/json", "application/octet-stream",
                                        "image/jpeg",       "image/png",
                                        "image/webp",       "image/heic",
-                                       "image/heif"};
+                                       "image/heif",       "image/tiff",
+                                       "application/pdf"};
 
 bool IsPrivate(const ip::address_v4& address) {
   const auto bytes = address.to_bytes();
@@ -94,7 +95,7 @@ std::optional<Denial> CheckRequest(const RequestHead& head, const GuardOptions& 
   }
   if (Changes(head.method) && std::ranges::find(kTypes, head.content_type) == std::end(kTypes)) {
     return Denial{415, fmt::format("content of type '{}' is not accepted: a photo is JPEG, PNG, "
-                                   "WebP or HEIC",
+                                   "WebP or HEIC, a scan also PDF or TIFF",
                                    head.content_type)};
   }
   return std::nullopt;

@@ -310,9 +310,10 @@ class HttpServer::Impl {
       co_return co_await Refuse(stream, *head,
                                 HttpError(503, "other uploads are under way: try again"));
     }
+    const Counted large_body(bodies_,
+                             large ? 1 : 0);  // until it is answered: a printer may be slow
     if (!head->is_done()) {
       http::request_parser<http::string_body> whole(std::move(*head));
-      const Counted counted(bodies_, large ? 1 : 0);
       error = co_await ReadBody(stream, buffer, whole);
       if (error == http::error::body_limit) {
         co_return co_await Write(stream, TooLarge(), version, true, request) && false;

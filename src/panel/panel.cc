@@ -3,37 +3,32 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
+#include <charconv>
 #include <utility>
 
 #include "base/bounded_json.h"
+#include "base/bug_note.h"
 #include "base/json_text.h"
 #include "base/url_secrets.h"
-#include "document/interval_text.h"
-#include "files/whole_file.h"
+#include "machine/net/json_field.h"
+#include "measurement/outcome_file.h"
+#include "panel/metrics.h"
 #include "panel/page_files.h"
+#include "panel/run_files.h"
+#include "service/request_params.h"
 
 namespace trammel::panel {
 namespace {
 
-namespace fs = std::filesystem;
 using machine::RpcAnswer;
 using nlohmann::json;
 
 constexpr int kParseError = -32700;  // JSON-RPC 2.0, section 5.1
 constexpr int kInvalidRequest = -32600;
+constexpr int kInternalError = -32603;
+constexpr JsonBounds kMessageBounds{
+    .max_bytes = 64 << 10, .max_levels = 8, .max_memory_bytes = 1 << 20};
 
-struct RunFile {
-  std::string_view name;
-  const char* content_type;
-  bool figure = true;
-};
-constexpr RunFile kRunFiles[] = {{"answer.png", "image/png"},
-                                 {"photo.png", "image/png"},
-                                 {"response.png", "image/png"},
-                                 {"profiles.png", "image/png"},
-                                 {"result.json", "application/json", false},
-                                 {"report.html", "text/html; charset=utf-8", false}};
 // A report is one file with its style and figures inside; nothing of it runs or loads.
 constexpr const char* kReportPolicy =
     "default-src 'none'; style-src 'unsafe-inline'; img-src data:; frame-ancestors 'self'; "
@@ -58,35 +53,27 @@ std::string Queried(const HttpRequest& request, const std::string& name) {
   return found == request.query.end() ? std::string() : found->second;
 }
 
-Result<std::string> TextOf(const json& params, const char* key) {
-  constexpr std::size_t kMaxText = 100;
-  const auto found = params.find(key);
-  if (found == params.end() || found->is_null()) return std::string();
-  const bool fits = found->is_string() && found->get_ref<const std::string&>().size() <= kMaxText &&
-                    std::ranges::none_of(found->get_ref<const std::string&>(),
-                                         [](unsigned char c) { return c < ' ' || c == 0x7f; });
-  if (fits) return found->get<std::string>();
-  return Fail(fmt::format("'{}' must be one line of at most {} bytes", key, kMaxText));
+using ScanType = std::pair<std::string_view, std::string_view>;
+constexpr ScanType kScanTypes[] = {{"application/pdf", ".pdf"},
+                                   {"image/png", ".png"},
+                                   {"image/jpeg", ".jpg"},
+                                   {"image/tiff", ".tif"}};
+
+HttpAnswer HistoryTable(const service::JobServer* printer) {
+  if (printer == nullptr) return NotFound();
+  auto table = printer->Table();
+  if (!table) return Refused(table.error());
+  return {.content_type = "text/csv; charset=utf-8",
+          .body = std::move(*table),
+          .fields = {{"Content-Disposition", "attachment; filename=\"trammel-history.csv\""}}};
 }
 
-RpcAnswer Invalid(const std::string& message) {
-  return RpcAnswer::Refused(service::kInvalidParameters, message);
-}
-
-// Adds the text of each answer of a history, as on every screen and page.
-void AddWords(json& history) {
-  for (json& result : history.at("results")) {
-    for (json& answer : result.at("answers")) {
-      answer["words"] = answer.at("reason");
-      if (answer.at("verdict") != ToString(Verdict::kGood)) continue;
-      const report::IntervalStyle style{.unit = answer.at("unit").get<std::string>(),
-                                        .signs = result.at("instrument") == "tool_offset"};
-      const json& interval = answer.at("interval95");
-      answer["words"] =
-          report::WithInterval(answer.at("value").get<double>(),
-                               {interval[0].get<double>(), interval[1].get<double>()}, style);
-    }
-  }
+// True for the messages that must not wait behind others.
+bool IsStop(std::string_view text) {
+  if (text.find("stop\"") == std::string_view::npos) return false;
+  const auto message = ParseBoundedJson(text, "the message", kMessageBounds);
+  const std::string method = message ? machine::TextOr(*message, "method", "") : "";
+  return method == "stop" || method == "emergency_stop";
 }
 
 json ErrorObject(int code, const std::string& message) {
@@ -95,14 +82,20 @@ json ErrorObject(int code, const std::string& message) {
 
 }  // namespace
 
+Panel::Panel(const PanelOptions& options)
+    : recordings_(options.photos.recordings),
+      has_surveys_(options.surveys),
+      photos_(options.photos),
+      surveys_({options.photos.program, options.photos.recordings, options.photos.utc_now,
+                options.photos.log}) {}
+
 Result<std::unique_ptr<Panel>> Panel::Open(PanelOptions options) {
-  std::unique_ptr<Panel> panel(new Panel(std::move(options.photos)));
+  std::unique_ptr<Panel> panel(new Panel(options));
   Panel* const self = panel.get();
   panel->server_ = TRY(HttpServer::Listen(
       std::move(options.http),
       {[self](const HttpRequest& request) { return self->Answer(request); },
-       [self](std::string_view message) { return self->AnswerMessage(message); },
-       [](std::string_view message) { return message.find("stop\"") != std::string_view::npos; }}));
+       [self](std::string_view message) { return self->AnswerMessage(message); }, IsStop}));
   return panel;
 }
 
@@ -132,20 +125,18 @@ HttpAnswer Panel::Answer(const HttpRequest& request) {
   const auto page =
       std::ranges::find_if(files, [&path](const PageFile& file) { return path == file.path; });
   if (page != files.end()) return PageOf(*page);
+  if (path == "/history.csv") return HistoryTable(PrinterOf(request));
+  if (path == "/metrics") return {.content_type = kMetricsType, .body = MetricsOf(printers_)};
   constexpr std::string_view kRuns = "/runs/";
   if (!path.starts_with(kRuns)) return NotFound();
   const std::size_t slash = path.find('/', kRuns.size());
   if (slash == std::string::npos) return NotFound();
-  const auto file =
-      std::ranges::find(kRunFiles, std::string_view(path).substr(slash + 1), &RunFile::name);
-  const auto folder = photos_.FolderOf(path.substr(kRuns.size(), slash - kRuns.size()));
-  if (file == std::end(kRunFiles) || !folder) return NotFound();
-  constexpr std::size_t kMaxBytes = 32 << 20;
-  const fs::path place = file->figure ? *folder / kFigures : *folder;
-  auto bytes = files::ReadNamedFile(place / file->name, kMaxBytes);
-  if (!bytes) return NotFound();
-  HttpAnswer answer{.content_type = file->content_type, .body = std::move(*bytes)};
-  if (file->name == "report.html") answer.fields["Content-Security-Policy"] = kReportPolicy;
+  const std::string name = path.substr(slash + 1);
+  auto file = ReadRunFile(recordings_, path.substr(kRuns.size(), slash - kRuns.size()), name);
+  if (!file) return NotFound();
+  HttpAnswer answer{.content_type = file->content_type, .body = std::move(file->bytes)};
+  if (name == kReport) answer.fields["Content-Security-Policy"] = kReportPolicy;
+  if (name == kNewestFrame) answer.fields["Cache-Control"] = "no-store";
   return answer;
 }
 
@@ -158,12 +149,34 @@ HttpAnswer Panel::AnswerPost(const HttpRequest& request) {
     const auto added = photos_.AddGcode(Queried(request, "run"), request.body);
     return added ? HttpAnswer{.body = "{}"} : Refused(added.error());
   }
+  if (request.path == "/surveys" && has_surveys_) {
+    const auto run = surveys_.Add(Queried(request, "run"), request.content_type, request.body);
+    return run ? HttpAnswer{.body = JsonText(json{{"run", *run}})} : Refused(run.error());
+  }
+  if (request.path == "/sheets") {
+    const auto type = std::ranges::find(kScanTypes, request.content_type, &ScanType::first);
+    if (type == std::end(kScanTypes)) {
+      return HttpError(415, "a scan of the sheet is PDF, PNG, JPEG or TIFF");
+    }
+    service::JobServer* const printer = PrinterOf(request);
+    if (printer == nullptr) return NotFound();
+    const auto file = printer->StoreScan(std::string(type->second), request.body, stop_);
+    return file ? HttpAnswer{.body = JsonText(json{{"file", *file}})} : Refused(file.error());
+  }
   return NotFound();
 }
 
+service::JobServer* Panel::PrinterOf(const HttpRequest& request) const {
+  const std::string text = Queried(request, "printer");
+  std::size_t index = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), index);
+  const bool whole = text.empty() ? printers_.size() == 1
+                                  : error == std::errc() && end == text.data() + text.size();
+  return whole && index < printers_.size() ? printers_[index] : nullptr;
+}
+
 std::string Panel::AnswerMessage(std::string_view text) {
-  constexpr JsonBounds kBounds{.max_bytes = 64 << 10, .max_levels = 8, .max_memory_bytes = 1 << 20};
-  const auto message = ParseBoundedJson(text, "the message", kBounds);
+  const auto message = ParseBoundedJson(text, "the message", kMessageBounds);
   json answer = {{"jsonrpc", "2.0"}, {"id", nullptr}};
   if (!message) {
     answer["error"] = ErrorObject(kParseError, message.error().message);
@@ -176,8 +189,12 @@ std::string Panel::AnswerMessage(std::string_view text) {
     answer["error"] = ErrorObject(kInvalidRequest, "a request has an id and a method");
     return JsonText(answer);
   }
-  RpcAnswer result =
-      Call((*message)["method"].get<std::string>(), message->value("params", json::object()));
+  RpcAnswer result;
+  const auto bug = NoteBug([&] {
+    result =
+        Call((*message)["method"].get<std::string>(), message->value("params", json::object()));
+  });
+  if (bug) result = RpcAnswer::Refused(kInternalError, "this is a bug in trammel: " + *bug);
   if (result.kind == RpcAnswer::Kind::kResult) {
     answer["result"] = std::move(result.result);
   } else {
@@ -187,56 +204,107 @@ std::string Panel::AnswerMessage(std::string_view text) {
 }
 
 RpcAnswer Panel::Call(const std::string& method, json params) {
-  if (!params.is_object()) return Invalid("the arguments must be an object");
-  if (method == "printers") {
-    json list = json::array();
-    for (std::size_t i = 0; i < printers_.size(); ++i) {
-      list.push_back({{"printer", i}, {"name", WithoutSecrets(printers_[i]->options().address)}});
-    }
-    return {.result = {{"printers", std::move(list)}}};
-  }
+  if (!params.is_object()) return service::Invalid("the arguments must be an object");
+  if (method == "printers") return ListPrinters();
   std::size_t index = 0;
   if (const auto found = params.find("printer"); found != params.end()) {
     const bool known =
         found->is_number_unsigned() && found->get<std::uint64_t>() < printers_.size();
-    if (!known) return Invalid(fmt::format("'printer' must be below {}", printers_.size()));
+    if (!known)
+      return service::Invalid(fmt::format("'printer' must be below {}", printers_.size()));
     index = found->get<std::size_t>();
     params.erase(found);
+  } else if (printers_.size() > 1) {
+    return service::Invalid("there are several printers: name one as 'printer'");
   }
   service::JobServer& printer = *printers_[index];
   if (method == "emergency_stop") return printer.EmergencyStop();
+  if (method == "offer") return printer.OfferAsked(params);
   if (method == "setup" || method == "set_up" || method == "undo_set_up") {
     return printer.SetUp(method, stop_);
   }
-  if (method == "measure" || method == "use") return CallOfPhoto(method, params, printer);
+  if (method == "measure") return Measure(params);
+  if (method == "survey" && has_surveys_) return MeasureSurvey(params);
+  if (method == "use") return Use(params, printer);
   RpcAnswer answer = printer.Answer(method, params);
-  if (method == "history" && answer.kind == RpcAnswer::Kind::kResult) AddWords(answer.result);
+  if (method == "history" && answer.kind == RpcAnswer::Kind::kResult) AddFilesTo(answer.result);
   return answer;
 }
 
-RpcAnswer Panel::CallOfPhoto(const std::string& method, const json& params,
-                             service::JobServer& printer) {
-  std::array<std::string, 3> texts;
-  constexpr std::array kKeys{"run", "pattern", "filament"};
-  for (std::size_t i = 0; i < kKeys.size(); ++i) {
-    auto text = TextOf(params, kKeys[i]);
-    if (!text) return Invalid(text.error().message);
-    texts[i] = std::move(*text);
+RpcAnswer Panel::ListPrinters() const {
+  json list = json::array();
+  for (std::size_t i = 0; i < printers_.size(); ++i) {
+    const std::string& address = printers_[i]->options().address;
+    const std::string nozzle = printers_[i]->Nozzle(stop_);
+    list.push_back({{"printer", i},
+                    {"name", WithoutSecrets(address)},
+                    {"subject", printers_[i]->subject()},
+                    {"nozzle", nozzle.empty() ? json() : json(nozzle)}});
   }
-  const auto& [run, pattern, filament] = texts;
-  const auto folder = photos_.UploadOf(run);
-  if (!folder) return RpcAnswer::Refused(service::kNothing, folder.error().message);
-  if (method == "use") {
-    photos_.Keep(run, true);
-    service::Proposal proposal{run, "photo", folder->string(), {}};
-    if (!filament.empty()) proposal.arguments["filament"] = filament;
-    RpcAnswer used = printer.Use(std::move(proposal));
-    if (used.kind != RpcAnswer::Kind::kResult) photos_.Keep(run, false);
-    return used;
+  return {.result = {{"printers", std::move(list)}, {"surveys", has_surveys_}}};
+}
+
+void Panel::AddFilesTo(json& history) const {
+  for (json& result : history.at("results")) {
+    result["pictures"] = json::array();
+    result["report"] = nullptr;
+    if (result.at("run").is_string()) {
+      AddFiles(recordings_ / result.at("run").get<std::string>(), result);
+    }
   }
-  auto measured = photos_.Measure(run, pattern, stop_);
+}
+
+RpcAnswer Panel::Measure(const json& params) {
+  const auto run = service::RunOf(params);
+  const auto pattern = service::TextOf(params, "pattern");
+  const auto filament = service::TextOf(params, "filament");
+  for (const auto& text : {run, pattern, filament}) {
+    if (!text) return service::Invalid(text.error().message);
+  }
+  const auto hold = InUse(*run);
+  if (hold == nullptr) return RpcAnswer::Refused(service::kBusy, "it is being deleted");
+  auto measured = photos_.Measure(*run, *pattern, *filament, stop_);
   if (!measured) return RpcAnswer::Refused(service::kRefused, measured.error().message);
   return {.result = std::move(*measured)};
+}
+
+service::FoldersInUse::Hold Panel::InUse(const std::string& run) const {
+  return printers_.front()->options().in_use->Use(recordings_ / run);
+}
+
+RpcAnswer Panel::MeasureSurvey(const json& params) {
+  const auto wrong = service::CheckKeys(params, {"run", "bars", "without"});
+  if (wrong) return *wrong;
+  const auto run = service::RunOf(params);
+  const auto without = service::TextOf(params, "without");
+  for (const auto& text : {run, without}) {
+    if (!text) return service::Invalid(text.error().message);
+  }
+  const auto hold = InUse(*run);
+  if (hold == nullptr) return RpcAnswer::Refused(service::kBusy, "it is being deleted");
+  auto answer = surveys_.Measure(*run, params.value("bars", json()), *without, stop_);
+  if (!answer) return RpcAnswer::Refused(service::kRefused, answer.error().message);
+  return {.result = std::move(*answer)};
+}
+
+// The result of an upload is not replaced any more while it is being set, or once it is.
+RpcAnswer Panel::Use(const json& params, service::JobServer& printer) {
+  const auto run = service::RunOf(params);
+  if (!run) return service::Invalid(run.error().message);
+  const auto outcome = files::ReadOutcome(recordings_ / *run / files::kResultFile);
+  const std::string nozzle = outcome ? outcome->subject.nozzle : "";
+  const std::string here = nozzle.empty() ? "" : printer.Nozzle(stop_);
+  if (nozzle != here && !here.empty()) {
+    return RpcAnswer::Refused(
+        service::kRefused, fmt::format("it was measured with a nozzle of {} mm, and {} has one of "
+                                       "{} mm: measure there",
+                                       nozzle, printer.subject(), here));
+  }
+  if (!PhotoRuns::IsUpload(*run)) return printer.Answer("use", params);
+  const bool first = photos_.Freeze(*run);
+  RpcAnswer used = printer.Answer("use", params);
+  if (first && used.kind != RpcAnswer::Kind::kResult) photos_.Release(*run);
+  return used;
 }
 
 }  // namespace trammel::panel

@@ -23,8 +23,10 @@ using nlohmann::json;
 using ::testing::AllOf;
 using ::testing::Contains;
 using ::testing::ElementsAre;
+using ::testing::EndsWith;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
+using ::testing::Not;
 using ::testing::StartsWith;
 
 constexpr const char* kUtc = "2026-01-02T03:04:05Z";
@@ -52,7 +54,9 @@ class PanelTest : public ::testing::Test {
     options.log = [](const std::string&) {};
     server_ = std::make_unique<service::JobServer>(options);
     auto panel = Panel::Open(
-        {{}, {(folder_.path() / "program").string(), recordings_, options.utc_now, options.log}});
+        {{},
+         {(folder_.path() / "program").string(), recordings_, options.utc_now, options.log},
+         true});
     EXPECT_TRUE(panel) << panel.error().message;
     panel_ = std::move(*panel);
     thread_ = std::jthread([this](const std::stop_token& stop) {
@@ -140,7 +144,9 @@ TEST_F(PanelTest, MeasuresAnUploadedPhotoAndShowsItsPicture) {
   EXPECT_EQ(test::ReadWhole(recordings_ / kRun / "photo.jpg"), "bytes");
   EXPECT_THAT(Post("/gcodes?run=" + std::string(kRun), "application/octet-stream", "G1"),
               StartsWith("HTTP/1.1 200"));
-  const json answer = Ask("measure", {{"run", kRun}, {"pattern", "orca-line"}}).at("result");
+  const json answer =
+      Ask("measure", {{"run", kRun}, {"pattern", "orca-line"}, {"filament", "My PETG"}})
+          .at("result");
   EXPECT_EQ(answer["verdict"], "good");
   EXPECT_EQ(answer["words"], "0.01720 s (95 %: 0.01640 to 0.01800 s)");
   EXPECT_EQ(answer["value_s"], 0.0172);
@@ -148,7 +154,8 @@ TEST_F(PanelTest, MeasuresAnUploadedPhotoAndShowsItsPicture) {
   EXPECT_THAT(answer["lines"].dump(), AllOf(HasSubstr("SET_PRESSURE_ADVANCE ADVANCE=0.0172"),
                                             HasSubstr("M900 K0.0172"), HasSubstr("OrcaSlicer")));
   EXPECT_THAT(test::ReadWhole(folder_.path() / "words"),
-              AllOf(HasSubstr("photo.jpg\n"), HasSubstr("--gcode="), HasSubstr("photo.gcode")));
+              AllOf(HasSubstr("photo.jpg\n"), HasSubstr("--gcode="), HasSubstr("photo.gcode"),
+                    HasSubstr("--filament=My PETG\n")));
   EXPECT_THAT(Get("/runs/" + std::string(kRun) + "/answer.png"),
               AllOf(StartsWith("HTTP/1.1 200"), HasSubstr("image/png"), HasSubstr("picture")));
   const json result = Ask("history", {{"last", 1}}).at("result").at("results")[0];
@@ -161,7 +168,7 @@ TEST_F(PanelTest, MeasuresAnUploadedPhotoAndShowsItsPicture) {
     EXPECT_TRUE(fs::exists(recordings_ / kRun / "figures" / "answer.png"));
   }
   Program(kMeasures);
-  EXPECT_THAT(Ask("measure", {{"run", kRun}, {"filament", "a\nb"}}).at("error").at("message"),
+  EXPECT_THAT(Ask("measure", {{"run", kRun}, {"pattern", "a\nb"}}).at("error").at("message"),
               HasSubstr("one line"));
   // Results of jobs are no uploads.
   fs::create_directories(recordings_ / "photo-20260102T030405Z");
@@ -213,8 +220,128 @@ TEST_F(PanelTest, SaysWhyAPhotoIsNotMeasured) {
   EXPECT_TRUE(Ask("measure", {{"run", kRun}}).contains("result")) << "it was not used";
 }
 
+TEST_F(PanelTest, ShowsTheHistoryAsTableAndToMonitors) {
+  EXPECT_THAT(Get("/history.csv"), AllOf(StartsWith("HTTP/1.1 200"), HasSubstr("utc,instrument,")));
+  EXPECT_THAT(Get("/metrics"), AllOf(StartsWith("HTTP/1.1 200"),
+                                     HasSubstr("trammel_printer_ready{printer=\"voron:7125\"} 0\n"),
+                                     Not(HasSubstr("pressure_advance"))));
+  measurement::Outcome outcome;
+  outcome.provenance = {measurement::Instrument::kPressureAdvance, "trammel", kUtc, {"scan"}};
+  outcome.answers = {{"pressure_advance", "s", Measured::Good({0.0172, 0.0004, {0.0164, 0.018}})}};
+  outcome.subject = {.printer = "voron", .nozzle = "0.40", .filament = "a \"b\\"};
+  fs::create_directories(recordings_ / "measure-1");
+  ASSERT_TRUE(files::KeepOutcome(recordings_ / "measure-1", outcome));
+  EXPECT_THAT(Get("/history.csv"), HasSubstr("\"voron:7125\",\"0.40\",\"a \"\"b\\\","));
+  EXPECT_THAT(
+      Get("/metrics"),
+      AllOf(HasSubstr("trammel_pressure_advance_seconds{printer=\"voron:7125\","
+                      "filament=\"a \\\"b\\\\\",nozzle=\"0.40\",toolhead=\"\"} 0.0172\n"),
+            HasSubstr("_high_seconds"), HasSubstr("timestamp_seconds{printer"),
+            HasSubstr(" 1767323045\n"), HasSubstr("trammel_due{printer=\"voron:7125\"} 0")));
+  for (const char* path : {"/history.csv?printer=1", "/history.csv?printer=-1",
+                           "/history.csv?printer=x", "/metrics/"}) {
+    EXPECT_THAT(Get(path), StartsWith("HTTP/1.1 404")) << path;
+  }
+  const json result = Ask("history", json::object()).at("result").at("results").at(0);
+  EXPECT_EQ(result.at("run"), "measure-1");
+  EXPECT_THAT(result.at("pictures"), IsEmpty());
+  EXPECT_EQ(result.at("report"), nullptr);
+}
+
+// A video that is being written: its last picture may be there in part.
+TEST_F(PanelTest, ShowsTheNewestWholeFrameOfARun) {
+  const std::string path = "/runs/measure-1/now.jpg";
+  EXPECT_THAT(Get(path), StartsWith("HTTP/1.1 404"));
+  fs::create_directories(recordings_ / "measure-1");
+  EXPECT_THAT(Get(path), StartsWith("HTTP/1.1 404"));
+  const auto chunk = [](const std::string& picture, std::size_t there) {
+    const std::string jpeg = "\xff\xd8\xff" + picture;
+    const std::string size = {static_cast<char>(jpeg.size()), 0, 0, 0};
+    return "00dc" + size + jpeg.substr(0, there);
+  };
+  const std::string whole = "RIFF" + chunk("first", 99) + chunk("second 00dc", 99);
+  test::WriteWhole(recordings_ / "measure-1" / "line1.avi", whole);
+  EXPECT_THAT(Get(path), AllOf(HasSubstr("image/jpeg"), HasSubstr("no-store"),
+                               EndsWith("\xff\xd8\xffsecond 00dc")));
+  for (std::size_t there = 0; there < 8; ++there) {
+    test::WriteWhole(recordings_ / "measure-1" / "line1.avi", whole + chunk("third", there));
+    EXPECT_THAT(Get(path), EndsWith("second 00dc")) << there;
+  }
+  test::WriteWhole(recordings_ / "measure-1" / "line1.avi", "00dc");
+  EXPECT_THAT(Get(path), StartsWith("HTTP/1.1 404"));
+}
+
+// A stand-in of `trammel align survey` that adds a picture for each file it is given.
+TEST_F(PanelTest, ASurveyGrowsPictureByPicture) {
+  test::WriteWhole(folder_.path() / "survey.py", R"(
+import json, os, sys
+words = sys.argv[1:]
+named = {w.split("=")[0]: w.split("=", 1)[1] for w in words if w.startswith("--") and "=" in w}
+seen = json.load(open(named["--observations"]))["pictures"] if "--observations" in named else []
+for word in words:
+    if word.endswith(".jpg"):
+        name = os.path.basename(word)
+        if b"bad" in open(word, "rb").read():
+            sys.exit(print("trammel: " + word + " is no picture", file=sys.stderr) or 1)
+        seen.append({"name": name, "observations": [{"target": "7"}, {"target": str(len(seen))}]})
+json.dump({"pictures": seen}, open(named["--keep-observations"], "w"))
+bars = "--scale-bars" in named
+if bars: open(named["--out"], "w").write("{}")
+print(json.dumps({"verdict": "good" if bars else "cannot_tell", "reason": "" if bars else "no bar",
+                  "stations": [{"picture": "photo-001.jpg", "used": False, "reason": "dark"}],
+                  "precision": [{"id": "7", "standard_uncertainty_mm": [1, 2, 3]}] if bars else None,
+                  "advice": ["more"]}, indent=1))
+)");
+  Program("exec python3 \"$here/survey.py\" \"$@\"\n");
+  const std::string run = "survey-20260102T030405Z";
+  EXPECT_TRUE(Ask("survey", {{"run", run}}).contains("error"));
+  EXPECT_THAT(Post("/surveys", "image/heic", "x"), StartsWith("HTTP/1.1 400"));
+  EXPECT_THAT(Post("/surveys?run=../x", "image/jpeg", "x"), StartsWith("HTTP/1.1 400"));
+  EXPECT_THAT(Post("/surveys", "image/jpeg", "one"), HasSubstr(run));
+  json answer = Ask("survey", {{"run", run}}).at("result");
+  EXPECT_EQ(answer["verdict"], "cannot_tell");
+  EXPECT_EQ(answer["reason"], "no bar");
+  EXPECT_EQ(answer["pictures"][0],
+            (json{{"picture", "photo-001.jpg"}, {"targets", 2}, {"reason", "dark"}}));
+  EXPECT_THAT(answer["files"], IsEmpty());
+  (void)Post("/surveys?run=" + run, "image/jpeg", "two");
+  const json bars = {{{"from", "1"}, {"to", "2"}, {"length_mm", 1000.5}, {"sigma_mm", 0.02}}};
+  answer = Ask("survey", {{"run", run}, {"bars", bars}}).at("result");
+  EXPECT_EQ(answer["verdict"], "good");
+  EXPECT_EQ(answer["bars"], bars);
+  EXPECT_THAT(answer["files"], ElementsAre("surveyed.json"));
+  EXPECT_EQ(answer["targets"].back(),
+            (json{{"target", "7"}, {"pictures", 2}, {"standard_uncertainty_mm", {1, 2, 3}}}));
+  EXPECT_THAT(Get("/runs/" + run + "/surveyed.json"), HasSubstr("application/json"));
+  // One that cannot be read, and one that is taken out, leave the others.
+  (void)Post("/surveys?run=" + run, "image/jpeg", "bad");
+  EXPECT_THAT(Ask("survey", {{"run", run}}).at("error").at("message"), HasSubstr("no picture"));
+  answer = Ask("survey", {{"run", run}, {"without", "photo-001.jpg"}}).at("result");
+  ASSERT_EQ(answer["pictures"].size(), 1U);
+  EXPECT_EQ(answer["pictures"][0]["picture"], "photo-002.jpg");
+  (void)Post("/surveys?run=" + run, "image/jpeg", "three");
+  EXPECT_EQ(Ask("survey", {{"run", run}}).at("result")["pictures"].size(), 2U);
+  for (const json& wrong :
+       {json(7), json{{{"from", "1"}}},
+        json{{{"from", "1"}, {"to", "2"}, {"length_mm", -1}, {"sigma_mm", 1}}}}) {
+    EXPECT_THAT(Ask("survey", {{"run", run}, {"bars", wrong}}).at("error").at("message"),
+                HasSubstr("'bars' must be"));
+  }
+  EXPECT_TRUE(Ask("survey", {{"run", run}, {"without", "bars.json"}}).contains("error"));
+}
+
+TEST_F(PanelTest, TakesScansOfASheetForAConnectedPrinterOnly) {
+  EXPECT_THAT(Post("/sheets", "application/octet-stream", "x"), StartsWith("HTTP/1.1 415"));
+  EXPECT_THAT(Post("/sheets?printer=7", "application/pdf", "x"), StartsWith("HTTP/1.1 404"));
+  EXPECT_THAT(Post("/sheets", "application/pdf", "x"),
+              AllOf(StartsWith("HTTP/1.1 409"), HasSubstr("not connected")));
+}
+
 TEST_F(PanelTest, AnswersTheServicesMethodsAndRefusesOtherMessages) {
-  EXPECT_EQ(Ask("printers", json::object()).at("result").at("printers")[0].at("name"), "voron");
+  const json printer = Ask("printers", json::object()).at("result").at("printers").at(0);
+  EXPECT_EQ(printer.at("name"), "voron");
+  EXPECT_EQ(printer.at("subject"), "voron:7125");
+  EXPECT_EQ(printer.at("nozzle"), nullptr);
   EXPECT_EQ(Ask("status", {{"printer", 0}}).at("result").at("printer").at("readiness"),
             "disconnected");
   EXPECT_THAT(Ask("status", {{"printer", 1}}).at("error").at("message"), HasSubstr("below 1"));

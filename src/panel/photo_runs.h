@@ -1,7 +1,6 @@
 // Photos of patterns that browsers upload: a run's folder for each, measured by `trammel pa photo`.
 #pragma once
 
-#include <atomic>
 #include <filesystem>
 #include <functional>
 #include <mutex>
@@ -12,11 +11,9 @@
 #include <string_view>
 
 #include "base/result.h"
+#include "panel/measuring.h"
 
 namespace trammel::panel {
-
-/// Folder of the figures in a run's folder: a picture beside result.json would count as a photo.
-inline constexpr const char* kFigures = "figures";
 
 struct PhotoRunsOptions {
   std::string program;               ///< path of trammel
@@ -38,29 +35,31 @@ class PhotoRuns {
   [[nodiscard]] Result<void> AddGcode(const std::string& run, std::string_view bytes);
 
   /// Measures a photo; an earlier result of it is replaced once there is a new one.
-  /// @param pattern  as of `trammel pa photo --pattern`; empty or "trammel": by
+  /// @param pattern   as of `trammel pa photo --pattern`; empty or "trammel": by
   /// the plan of the last print
+  /// @param filament  under which the history lists it; empty: unknown
   /// @returns the verdict, the answer in words and numbers, the lines that set it, and the names of
   /// pictures (docs/howto/serve.md). Errors: no such run; the photo is no picture.
   [[nodiscard]] Result<nlohmann::json> Measure(const std::string& run, const std::string& pattern,
+                                               const std::string& filament,
                                                const std::stop_token& stop);
 
-  /// Lets a photo's result be replaced no more, as its value is being set, or again.
-  void Keep(const std::string& run, bool keep);
+  /// Lets a photo's result be replaced no more, as its value is being set. @returns false: so it
+  /// was already.
+  [[nodiscard]] bool Freeze(const std::string& run);
+  /// Lets it be replaced again.
+  void Release(const std::string& run);
 
-  /// Returns the folder of an upload. Errors (kInput): no upload's name, or no such folder.
-  [[nodiscard]] Result<std::filesystem::path> UploadOf(const std::string& run) const;
-
-  /// Returns the folder of a run. Errors (kInput): a name that is none, or no such folder.
-  [[nodiscard]] Result<std::filesystem::path> FolderOf(const std::string& run) const;
+  /// True if a run's name is that of an upload.
+  [[nodiscard]] static bool IsUpload(const std::string& run);
 
  private:
+  [[nodiscard]] Result<std::filesystem::path> FolderOf(const std::string& run) const;
   const PhotoRunsOptions options_;
   std::mutex naming_;
-  std::mutex keeping_;
-  std::set<std::string> kept_;
-  std::timed_mutex measuring_;
-  std::atomic<int> waiting_ = 0;
+  std::mutex freezing_;
+  std::set<std::string> frozen_;
+  MeasuringQueue queue_;
 };
 
 }  // namespace trammel::panel

@@ -3,12 +3,14 @@
 
 #include <functional>
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "base/measured.h"
 #include "base/result.h"
 #include "machine/moonraker/printer.h"
+#include "measurement/outcome.h"
 #include "session/screen.h"
 
 namespace trammel::service {
@@ -64,6 +66,9 @@ struct JobKind {
   std::function<Result<AnswerSummary>(const std::string& folder)> answer = {};
   /// Returns the command that sets the answer; empty: there is none.
   std::function<std::vector<std::string>(const std::string& folder, const Arguments&)> apply = {};
+  /// Instrument of the answer, by which results in the history find their kind.
+  std::optional<measurement::Instrument> instrument = {};
+  std::vector<std::string> undo = {};  ///< command that sets the last value back; empty: none
   /// Describes the use of the answer, for a dialog's question: "Use it until Klipper restarts".
   std::function<std::string(const PrinterPlace&, const Arguments&)> use = {};
   /// Returns the value in force, "0.0450 s", displayed beside a proposal; may be null or return an
@@ -85,6 +90,7 @@ struct Attendant {
 struct Offerings {
   std::vector<JobKind> jobs = {};
   std::vector<Attendant> attendants = {};
+  bool surveys = false;  ///< `align survey`
 };
 
 /// Returns the options that pass the printer to a command, one word each.

@@ -6,12 +6,14 @@
 #include <algorithm>
 #include <array>
 #include <csignal>
+#include <functional>
 #include <string_view>
 #include <system_error>
 #include <utility>
 #include <vector>
 
 #include "base/utf8.h"
+#include "measurement/remark.h"
 #include "service/job_record.h"
 #include "session/screen.h"
 
@@ -106,24 +108,33 @@ struct Copy {
   std::uintmax_t bytes = 0;
 };
 
-}  // namespace
-
-Result<void> MakeRoomForRun(const fs::path& recordings, const std::string& utc_now,
-                            std::string_view kind, const RunBudget& budget) {
-  constexpr std::size_t kDay = std::string_view("20260102").size();
-  const std::string today = CompactUtc(utc_now).substr(0, kDay);
-  std::size_t runs = 0;
-  std::vector<Copy> kept;
-  std::uintmax_t bytes = 0;
+// Calls `visit` with the folder of each run, and the time in its name.
+void ForEachRun(const fs::path& recordings,
+                const std::function<void(const fs::path& folder, const std::string& time)>& visit) {
   std::error_code error;
   for (fs::directory_iterator folder(recordings, error), end; !error && folder != end;
        folder.increment(error)) {
     std::error_code gone;
     const std::string time = TimeOfRun(folder->path().filename().string());
-    if (time.empty() || !fs::is_directory(folder->symlink_status(gone))) continue;
-    const bool uploaded = folder->path().filename().string().starts_with(kUpload);
-    runs += uploaded == (kind == kUpload) && time.starts_with(today) ? 1 : 0;
-    for (fs::directory_iterator file(folder->path(), gone); !gone && file != end;
+    if (!time.empty() && fs::is_directory(folder->symlink_status(gone))) {
+      visit(folder->path(), time);
+    }
+  }
+}
+
+bool IsOfPages(std::string_view name) {
+  return name.starts_with(kUpload) || name.starts_with(kSurvey);
+}
+
+}  // namespace
+
+void RemoveOldCopies(const fs::path& recordings, const RunBudget& budget) {
+  std::vector<Copy> kept;
+  std::uintmax_t bytes = 0;
+  ForEachRun(recordings, [&](const fs::path& folder, const std::string& time) {
+    if (files::ReadRemark(folder).pinned) return;
+    std::error_code gone;
+    for (fs::directory_iterator file(folder, gone), end; !gone && file != end;
          file.increment(gone)) {
       std::error_code lost;
       const bool regular = fs::is_regular_file(file->symlink_status(lost));
@@ -133,13 +144,7 @@ Result<void> MakeRoomForRun(const fs::path& recordings, const std::string& utc_n
       kept.push_back({time, file->path(), size});
       bytes += size;
     }
-  }
-  if (runs >= (kind == kUpload ? budget.max_uploads_a_day : budget.max_runs_a_day)) {
-    return Fail(fmt::format("{} runs were begun today, and no more are taken of clients: go on "
-                            "tomorrow, or on the command line",
-                            runs),
-                ErrorKind::kMeasurement);
-  }
+  });
   std::ranges::sort(kept, {}, [](const Copy& copy) { return std::pair{copy.time, copy.file}; });
   for (const Copy& copy : kept) {
     if (bytes <= budget.max_copied_bytes) break;
@@ -147,7 +152,60 @@ Result<void> MakeRoomForRun(const fs::path& recordings, const std::string& utc_n
     fs::remove(copy.file, ignored);
     bytes -= copy.bytes;
   }
+}
+
+Result<void> MakeRoomForRun(const fs::path& recordings, const std::string& utc_now,
+                            std::string_view kind, const RunBudget& budget) {
+  constexpr std::size_t kDay = std::string_view("20260102").size();
+  const std::string today = CompactUtc(utc_now).substr(0, kDay);
+  std::size_t runs = 0;
+  ForEachRun(recordings, [&](const fs::path& folder, const std::string& time) {
+    const bool same = IsOfPages(folder.filename().string()) == IsOfPages(kind);
+    runs += same && time.starts_with(today) ? 1 : 0;
+  });
+  if (runs >= (IsOfPages(kind) ? budget.max_uploads_a_day : budget.max_runs_a_day)) {
+    return Fail(fmt::format("{} runs were begun today, and no more are taken of clients: go on "
+                            "tomorrow, or on the command line",
+                            runs),
+                ErrorKind::kMeasurement);
+  }
+  RemoveOldCopies(recordings, budget);
   return {};
+}
+
+Result<std::string> MakeRunFolder(const fs::path& recordings, const std::string& utc_now,
+                                  std::string_view kind) {
+  TRY(MakeRoomForRun(recordings, utc_now, kind));
+  const std::string name = fmt::format("{}-{}", kind, CompactUtc(utc_now));
+  std::string run = name;
+  std::error_code error;
+  for (int number = 2; fs::exists(recordings / run, error); ++number) {
+    run = fmt::format("{}-{}", name, number);
+  }
+  fs::create_directories(recordings / run, error);
+  if (!error) return run;
+  return Fail(fmt::format("cannot make {}: {}", (recordings / run).string(), error.message()));
+}
+
+FoldersInUse::Hold FoldersInUse::Use(const fs::path& folder) {
+  const std::lock_guard lock(mutex_);
+  int& users = users_[folder];
+  if (users < 0) return {};
+  ++users;
+  return Hold(this, [this, folder](void*) {
+    const std::lock_guard freed(mutex_);
+    if (--users_[folder] == 0) users_.erase(folder);
+  });
+}
+
+FoldersInUse::Hold FoldersInUse::Delete(const fs::path& folder) {
+  const std::lock_guard lock(mutex_);
+  if (users_.contains(folder)) return {};
+  users_[folder] = -1;
+  return Hold(this, [this, folder](void*) {
+    const std::lock_guard freed(mutex_);
+    users_.erase(folder);
+  });
 }
 
 }  // namespace trammel::service

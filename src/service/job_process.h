@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <functional>
+#include <map>
 #include <memory>
 #include <mutex>
 #include <string>
@@ -54,8 +55,26 @@ struct RunBudget {
   std::uintmax_t max_copied_bytes = std::uintmax_t{2} << 30;  ///< total uploads, all runs
 };
 
+/// Folders of recordings that something works with: what is made or set is not deleted meanwhile.
+/// Thread-safe; shared by all servers of a process.
+class FoldersInUse {
+ public:
+  /// Holds a folder while it lives.
+  using Hold = std::shared_ptr<void>;
+  /// @returns null: it is being deleted.
+  [[nodiscard]] Hold Use(const std::filesystem::path& folder);
+  /// @returns null: it is in use.
+  [[nodiscard]] Hold Delete(const std::filesystem::path& folder);
+
+ private:
+  std::mutex mutex_;
+  std::map<std::filesystem::path, int> users_;  // -1: being deleted
+};
+
 /// Kind in the names of the folders that a page uploads into: upload-20260102T030405Z.
 inline constexpr std::string_view kUpload = "upload";
+/// Likewise of surveys; they count as uploads.
+inline constexpr std::string_view kSurvey = "survey";
 
 /// Checks that one more run of a kind may begin, and removes copies of uploads (photo.jpg,
 /// scan-2.pdf), the oldest first, until all fit the budget. Only enters folders with the names of
@@ -65,5 +84,13 @@ inline constexpr std::string_view kUpload = "upload";
 [[nodiscard]] Result<void> MakeRoomForRun(const std::filesystem::path& recordings,
                                           const std::string& utc_now, std::string_view kind,
                                           const RunBudget& budget = {});
+
+/// Removes copies of uploads, the oldest first, until all fit the budget.
+void RemoveOldCopies(const std::filesystem::path& recordings, const RunBudget& budget = {});
+
+/// Makes room, and a new folder KIND-TIME. @returns its name. Errors: MakeRoomForRun's; kInput: it
+/// cannot be made.
+[[nodiscard]] Result<std::string> MakeRunFolder(const std::filesystem::path& recordings,
+                                                const std::string& utc_now, std::string_view kind);
 
 }  // namespace trammel::service

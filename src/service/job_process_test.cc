@@ -6,6 +6,7 @@
 
 #include <string>
 
+#include "measurement/remark.h"
 #include "support/temporary_folder.h"
 
 namespace trammel::service {
@@ -36,6 +37,40 @@ TEST_F(RunBudgetTest, ADayTakesSoManyRunsAndTheNextAsMany) {
   const auto refused = MakeRoom({.max_runs_a_day = 3});
   ASSERT_FALSE(refused);
   EXPECT_THAT(refused.error().message, HasSubstr("3 runs were begun today"));
+}
+
+TEST_F(RunBudgetTest, UploadsAndSurveysOfAPageAreCountedByThemselves) {
+  Run("survey-20260102T000000Z", "photo-001.jpg", 1);
+  Run("upload-20260102T000000Z", "photo.jpg", 1);
+  EXPECT_TRUE(MakeRoom({.max_runs_a_day = 1}));
+  const auto refused =
+      MakeRoomForRun(folder_.path(), "2026-01-02T12:00:00Z", kSurvey, {.max_uploads_a_day = 2});
+  ASSERT_FALSE(refused);
+  EXPECT_THAT(refused.error().message, HasSubstr("2 runs"));
+}
+
+TEST_F(RunBudgetTest, PinnedCopiesStay) {
+  const fs::path pinned = Run("upload-20260101T000000Z", "photo.jpg", 1000);
+  const fs::path other = Run("upload-20260102T000000Z", "photo.jpg", 1000);
+  ASSERT_TRUE(files::WriteRemark(pinned.parent_path(), {"", true}));
+  RemoveOldCopies(folder_.path(), {.max_copied_bytes = 500});
+  EXPECT_TRUE(fs::exists(pinned));
+  EXPECT_FALSE(fs::exists(other));
+}
+
+TEST(FoldersInUse, AreUsedByManyOrDeletedByOne) {
+  FoldersInUse in_use;
+  auto first = in_use.Use("a");
+  const auto second = in_use.Use("a");
+  EXPECT_TRUE(first && second);
+  first.reset();
+  EXPECT_FALSE(in_use.Delete("a"));
+  auto other = in_use.Delete("b");
+  EXPECT_TRUE(other);
+  EXPECT_FALSE(in_use.Use("b"));
+  EXPECT_FALSE(in_use.Delete("b"));
+  other.reset();
+  EXPECT_TRUE(in_use.Use("b"));
 }
 
 TEST_F(RunBudgetTest, TheOldestCopiesOfUploadsGoAndNothingElse) {

@@ -44,6 +44,7 @@ json JsonOf(const RunRecord& run) {
   return {{"run", run.id},
           {"job", run.job},
           {"arguments", run.arguments},
+          {"looks", run.looks},
           {"folder", run.folder},
           {"started", run.started},
           {"ended", text(run.ended)},
@@ -68,6 +69,15 @@ bool IsRunId(std::string_view text) {
            c == '-';
   });
   return plain && !text.empty() && text.size() <= kMax;
+}
+
+Result<std::filesystem::path> FolderOfRun(const std::filesystem::path& recordings,
+                                          const std::string& run) {
+  std::error_code error;
+  const std::filesystem::path folder = recordings / run;
+  if (IsRunId(run) && std::filesystem::is_directory(std::filesystem::symlink_status(folder, error)))
+    return folder;
+  return Fail(fmt::format("there is no run '{}'", run.substr(0, 64)));
 }
 
 namespace {
@@ -254,29 +264,6 @@ Result<void> StorePicture(machine::Printer& printer, const std::string& run, std
       printer.UploadConfig(fmt::format("{}/{}{}", kPictureFolder, run, kEnding), png, limit);
   if (stored) RemoveOldest(printer, limit);
   return stored;
-}
-
-Result<files::History> ReadHistoryByPrinter(const fs::path& recordings, files::HistoryQuery query) {
-  const auto name = [](const std::string& printer) {
-    return printer.empty() ? printer : procedure::PrinterName(printer);
-  };
-  const std::string printer = name(std::exchange(query.subject.printer, {}));
-  const std::size_t last = query.last;
-  if (!printer.empty()) query.last = std::numeric_limits<std::size_t>::max();
-  auto history = TRY(files::ReadHistory(recordings, query));
-  for (auto& entry : history.entries) {
-    entry.outcome.subject.printer = name(entry.outcome.subject.printer);
-  }
-  for (auto& change : history.nozzle_changes) change.printer = name(change.printer);
-  if (!printer.empty()) {
-    std::erase_if(history.entries,
-                  [&](const auto& entry) { return entry.outcome.subject.printer != printer; });
-    if (history.entries.size() > last) {
-      history.entries.erase(history.entries.begin() + static_cast<std::ptrdiff_t>(last),
-                            history.entries.end());
-    }
-  }
-  return history;
 }
 
 }  // namespace trammel::service

@@ -10,7 +10,6 @@
 
 #include "base/result.h"
 #include "machine/moonraker/printer.h"
-#include "measurement/history.h"
 #include "service/job_kind.h"
 
 namespace trammel::service {
@@ -29,11 +28,14 @@ enum class RunEnd {
 
 /// Job that sets a pending answer.
 inline constexpr const char* kApply = "apply";
+/// Job that sets back what was set last.
+inline constexpr const char* kUndo = "undo";
 
 struct RunRecord {
   std::string id;   ///< names the run and its folder: letters, digits, _ and -, 1 … 64 of them
-  std::string job;  ///< the kind's name, or "apply"
+  std::string job;  ///< the kind's name, "apply" or "undo"
   Arguments arguments = {};
+  bool looks = false;        ///< its command records by a camera
   std::string folder = {};   ///< of the recording or the applied result
   std::string started = {};  ///< UTC, ISO 8601
   std::string ended = {};    ///< likewise; empty: it goes on
@@ -54,6 +56,10 @@ struct RunRecord {
 [[nodiscard]] std::string CompactUtc(std::string utc);
 
 [[nodiscard]] bool IsRunId(std::string_view text);
+
+/// Returns the folder of a run. Errors (kInput): no run's name, or no folder (a link is none).
+[[nodiscard]] Result<std::filesystem::path> FolderOfRun(const std::filesystem::path& recordings,
+                                                        const std::string& run);
 
 /// Answer that is not yet accepted or dismissed.
 struct Proposal {
@@ -92,6 +98,9 @@ struct KeptState {
 inline constexpr std::string_view kPictureFolder = "trammel";
 /// Figure of the answer, in the folder of a run.
 inline constexpr const char* kAnswerPicture = "answer.png";
+/// Folder of all figures, in the folder of a run: a picture beside result.json would count as a
+/// photo.
+inline constexpr const char* kFiguresFolder = "figures";
 inline constexpr std::size_t kMaxPictures = 20;
 inline constexpr std::size_t kMaxPictureBytes = std::size_t{4} << 20;
 
@@ -104,10 +113,5 @@ inline constexpr std::size_t kMaxPictureBytes = std::size_t{4} << 20;
 
 /// True if a name can be that of a run's picture.
 [[nodiscard]] bool IsResultPicture(const std::string& name);
-
-/// Reads a history with each printer under one name (procedure::PrinterName), whatever address its
-/// results were measured over. Errors: those of files::ReadHistory.
-[[nodiscard]] Result<files::History> ReadHistoryByPrinter(const std::filesystem::path& recordings,
-                                                          files::HistoryQuery query);
 
 }  // namespace trammel::service

@@ -134,15 +134,18 @@ Result<RunRecord> JobServer::Begin(Plan plan) {
                 ErrorKind::kMachine);
   }
   last = std::move(worker_);
-  if (plan.proposal) proposal_ = std::move(plan.proposal);
   RunRecord run;
   run.id = NewRunId(plan.job);
   run.job = plan.job;
   run.arguments = plan.arguments;
+  run.looks = plan.kind->looks && !plan.applies;
   run.started = options_.utc_now();
   if (plan.folder.empty()) plan.folder = (options_.recordings / run.id).string();
   run.folder = plan.folder;
+  plan.hold = options_.in_use->Use(plan.folder);
+  if (plan.hold == nullptr) return Fail("that recording is being deleted", ErrorKind::kMachine);
   run_ = run;
+  ++begun_;
   process_ = std::make_shared<JobProcess>();
   Keep();
   worker_ = std::jthread([this, run, plan = std::move(plan), process = process_] {
@@ -164,8 +167,10 @@ void JobServer::RunJob(const RunRecord& run, const Plan& plan, JobProcess& proce
   // The calling macro waits for a message, and reports if there is none.
   Announce({plan.applies ? "applying" : "at work"});
   std::vector<std::string> words = {options_.program, "--progress", "json"};
-  const std::vector<std::string> own =
-      plan.applies ? plan.kind->apply(plan.folder, plan.arguments) : plan.kind->command;
+  const std::vector<std::string> own = plan.undoes ? plan.kind->undo
+                                       : plan.applies
+                                           ? plan.kind->apply(plan.folder, plan.arguments)
+                                           : plan.kind->command;
   words.insert(words.end(), own.begin(), own.end());
   const std::vector<std::string> places = OptionText(options_.place);
   words.insert(words.end(), places.begin(), places.end());
@@ -219,11 +224,7 @@ void JobServer::OnProgress(const procedure::Progress& progress) {
 // A job killed, for example, for lack of memory relies on the printer's own limits for heaters and
 // laser.
 void JobServer::BringBackWhatItLeft() {
-  machine::Printer* printer = nullptr;
-  {
-    const std::lock_guard lock(mutex_);
-    printer = printer_;
-  }
+  machine::Printer* const printer = PrinterInUse();
   if (printer == nullptr || !options_.bring_back) return;
   options_.bring_back(*printer, [this](const std::string& text) { Announce({text}); });
 }
@@ -265,11 +266,12 @@ void JobServer::Conclude(const Plan& plan, const JobEnd& end,
     run.message =
         end.errors.empty() ? fmt::format("exit code {}", end.exit_code) : end.errors.back();
     words.text = (is_set         ? "applied in part: "
+                  : plan.undoes  ? "not set back: "
                   : plan.applies ? "not applied: "
                                  : "no calibration: ") +
                  run.message;
     if (is_set) run.message = words.text;
-    if (plan.applies && end.killed && !is_set) {
+    if (plan.applies && !plan.undoes && end.killed && !is_set) {
       const std::string now = InForce(*plan.kind);
       run.message += fmt::format("; whether it was applied is not known{}{}: TRAMMEL_APPLY sets it",
                                  now.empty() ? "" : ", in force is ", now);
@@ -283,7 +285,9 @@ void JobServer::Conclude(const Plan& plan, const JobEnd& end,
   {
     const std::lock_guard lock(mutex_);
     // A value in force needs no further decision.
-    if (!plan.applies || run.end != RunEnd::kDone) proposal = proposal_;
+    const bool decided = plan.applies && !plan.undoes && run.end == RunEnd::kDone && proposal_ &&
+                         proposal_->folder == plan.folder;
+    if (!decided) proposal = proposal_;
   }
   EndRun(std::move(run), std::move(proposal), std::move(words));
 }
@@ -376,8 +380,7 @@ Result<std::string> JobServer::NoteNewNozzle() {
   }
   std::error_code ignored;
   fs::create_directories(options_.recordings, ignored);  // before the first calibration
-  TRY(files::NoteNozzleChange(options_.recordings, options_.utc_now(),
-                              procedure::PrinterName(options_.address)));
+  TRY(files::NoteNozzleChange(options_.recordings, options_.utc_now(), subject()));
   return fmt::format("nozzle change noted{}. Calibrate each filament anew",
                      Dismiss() ? ", and the answer that waited is dropped" : "");
 }
@@ -398,11 +401,7 @@ void JobServer::ShowPicture(const RunRecord& run) {
   const fs::path file = fs::path(run.folder) / kAnswerPicture;
   std::error_code ignored;
   if (!fs::exists(file, ignored)) return;  // an answer may have nothing to show
-  machine::Printer* printer = nullptr;
-  {
-    const std::lock_guard lock(mutex_);
-    printer = printer_;
-  }
+  machine::Printer* const printer = PrinterInUse();
   if (printer == nullptr) return;
   const auto png = files::ReadWholeFile(file, kMaxPictureBytes);
   const auto stored =

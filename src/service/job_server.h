@@ -20,7 +20,7 @@
 #include "base/measured.h"
 #include "base/result.h"
 #include "machine/moonraker/printer.h"
-#include "measurement/applied.h"
+#include "measurement/history.h"
 #include "service/job_kind.h"
 #include "service/job_process.h"
 #include "service/job_record.h"
@@ -51,11 +51,16 @@ struct JobServerOptions {
   /// Restores settings after a killed job, and reports which. Called from a run's own thread.
   std::function<void(machine::Printer&, const std::function<void(const std::string&)>&)>
       bring_back = {};
+  /// Shared by the servers of a process whose recordings are in one folder.
+  std::shared_ptr<FoldersInUse> in_use = std::make_shared<FoldersInUse>();
+  bool answers_taps = false;  ///< `trammel tap watch` runs beside it
 };
 
-/// Answers the methods `status`, `start`, `stop`, `result`, `history`, `dismiss` and `new_nozzle`
-/// (docs/howto/serve.md), and the macros of klipper/trammel.cfg. Runs end with the service, but
-/// results survive: a pending answer is offered again after a restart.
+/// Maximum number of scans that pages store on a printer a day.
+inline constexpr int kMaxScansADay = 100;
+
+/// Answers the methods in docs/howto/serve.md, and the macros of klipper/trammel.cfg. Runs end with
+/// the service, but results survive: a pending answer is offered again after a restart.
 class JobServer {
  public:
   explicit JobServer(JobServerOptions options);
@@ -72,10 +77,6 @@ class JobServer {
   /// @returns true if a run was in progress.
   [[nodiscard]] Result<bool> Serve(machine::Printer& printer, const std::stop_token& stop);
 
-  /// Sets a good result that this service did not measure by a job of its own: it takes the place
-  /// of the answer that waits, and a run `apply` begins. Answers as `start` does.
-  [[nodiscard]] machine::RpcAnswer Use(Proposal proposal);
-
   /// Stops motion and heaters at once, past everything that runs.
   [[nodiscard]] machine::RpcAnswer EmergencyStop();
 
@@ -84,12 +85,31 @@ class JobServer {
   /// anything runs or is hot. May take minutes; any thread but the connection's.
   [[nodiscard]] machine::RpcAnswer SetUp(const std::string& method, const std::stop_token& stop);
 
+  /// Returns the history as CSV (ToCsv). Errors: ReadHistoryByPrinter's.
+  [[nodiscard]] Result<std::string> Table() const;
+
+  /// Answers `offer`: the question before a job of these arguments, by the printer's own state. Any
+  /// thread but the connection's.
+  [[nodiscard]] machine::RpcAnswer OfferAsked(const nlohmann::json& params);
+
+  /// Stores a scan among the printer's files, where `offset_scan` finds it by its name. Any thread
+  /// but the connection's. Errors: kMachine: not connected, not stored.
+  /// @param ending  ".png" … @returns the name
+  [[nodiscard]] Result<std::string> StoreScan(const std::string& ending, std::string_view bytes,
+                                              const std::stop_token& stop);
+
+  /// Queries the printer for its active extruder's nozzle, "0.40" mm; empty: not known. Any thread
+  /// but the connection's.
+  [[nodiscard]] std::string Nozzle(const std::stop_token& stop);
+
   /// Receives "run", with the run, at each of its changes, and "changed" when the answer that waits
   /// may be another. Called from any thread, under a lock: it must not call the server.
   using EventCallback = std::function<void(const std::string& event, nlohmann::json data)>;
   void OnEvent(EventCallback callback);
 
   [[nodiscard]] const JobServerOptions& options() const { return options_; }
+  /// Returns the printer's name in results (measurement::Subject).
+  [[nodiscard]] std::string subject() const;
 
  private:
   /// Text on the screen, with or without buttons.
@@ -112,6 +132,7 @@ class JobServer {
     const JobKind* job = nullptr;
     Arguments arguments = {};
     double until_s = 0;  ///< machine::HostNow
+    int begun = 0;       ///< runs begun before: a later one may have left a print on the bed
   };
   /// Definition of a run before it begins.
   struct Plan {
@@ -120,7 +141,8 @@ class JobServer {
     std::string folder = {};  ///< empty: a new one
     const JobKind* kind = nullptr;
     bool applies = false;
-    std::optional<Proposal> proposal = {};  ///< takes the place of the answer that waits
+    FoldersInUse::Hold hold = {};  ///< of the folder
+    bool undoes = false;  ///< sets back what was set last; the answer that waits goes on waiting
   };
 
   // job_server_methods.cc
@@ -128,12 +150,29 @@ class JobServer {
   [[nodiscard]] machine::RpcAnswer StartAsked(const nlohmann::json& params);
   [[nodiscard]] machine::RpcAnswer StopAsked(const nlohmann::json& params);
   [[nodiscard]] machine::RpcAnswer ResultAsked(const nlohmann::json& params) const;
-  [[nodiscard]] machine::RpcAnswer HistoryAsked(const nlohmann::json& params) const;
   [[nodiscard]] machine::RpcAnswer NewNozzleAsked();
   [[nodiscard]] nlohmann::json PrinterNow() const;
   [[nodiscard]] nlohmann::json ProposalNow() const;
   [[nodiscard]] std::string BlockerOf(const JobKind& kind) const;
   [[nodiscard]] std::string RestartBlocker(const machine::PrinterState& state) const;
+  [[nodiscard]] machine::RpcAnswer BeginAsRequested(Plan plan);
+  /// Returns the connected printer; null: none. Valid while using_printer_ is held, and on a run's
+  /// own thread.
+  [[nodiscard]] machine::Printer* PrinterInUse() const;
+
+  // job_server_results.cc
+  [[nodiscard]] machine::RpcAnswer HistoryAsked(const nlohmann::json& params) const;
+  [[nodiscard]] machine::RpcAnswer CompareAsked(const nlohmann::json& params) const;
+  [[nodiscard]] machine::RpcAnswer DueAsked() const;
+  [[nodiscard]] machine::RpcAnswer AnnotateAsked(const nlohmann::json& params) const;
+  [[nodiscard]] machine::RpcAnswer DeleteAsked(const nlohmann::json& params) const;
+  [[nodiscard]] machine::RpcAnswer UseAsked(const nlohmann::json& params);
+  [[nodiscard]] std::string WhyNotUndone(measurement::Instrument instrument,
+                                         const std::string& run) const;
+  [[nodiscard]] machine::RpcAnswer UndoAsked(const nlohmann::json& params);
+  [[nodiscard]] machine::RpcAnswer TapsAsked(const nlohmann::json& params) const;
+  [[nodiscard]] machine::RpcAnswer TapAsked(const nlohmann::json& params) const;
+  [[nodiscard]] Result<files::History> ReadResults(const files::HistoryQuery& query) const;
 
   // job_server.cc
   [[nodiscard]] const JobKind* FindJob(const std::string& name) const;
@@ -191,6 +230,9 @@ class JobServer {
   const std::filesystem::path state_path_;
   const std::filesystem::path lock_path_;
 
+  std::mutex storing_;
+  std::string stored_day_;  // of the scans
+  int stored_ = 0;
   std::atomic<bool> stopping_ = false;  // an emergency stop is under way
   std::shared_mutex using_printer_;     // held while a thread besides Serve's calls the printer
   mutable std::mutex mutex_;            // guards the members below, but screen_
@@ -203,6 +245,7 @@ class JobServer {
   std::optional<Proposal> proposal_;
   std::shared_ptr<JobProcess> process_;      // current run
   bool ending_ = false;                      // nothing more is begun
+  int begun_ = 0;                            // runs
   std::stop_token stop_;                     // Serve's, of its thread
   std::optional<Offered> offered_;           // likewise
   int offers_ = 0;                           // likewise

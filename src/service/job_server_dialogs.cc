@@ -154,11 +154,16 @@ void JobServer::BeginAsked(const JobKind& job, Arguments arguments) {
 }
 
 // A dialog remains on many screens, and reappears when a page is reloaded: only the last one opened
-// starts a job, and once.
+// starts a job, once, and only if no other run began since.
 void JobServer::AnswerConfirmed(const Call& call) {
   const auto token = call.arguments.find(kToken);
+  int begun = 0;
+  {
+    const std::lock_guard lock(mutex_);
+    begun = begun_;
+  }
   const bool open = offered_ && token != call.arguments.end() && token->second == offered_->token &&
-                    machine::HostNow() < offered_->until_s;
+                    machine::HostNow() < offered_->until_s && offered_->begun == begun;
   if (!open) {
     return Show({"that dialog is closed, and nothing was started: ask anew"}, false);
   }
@@ -190,8 +195,11 @@ void JobServer::AnswerAsked(const Call& call) {
   }
   // Unique between services, since names include the second of the service's start.
   const std::string token = fmt::format("{}-{}", CompactUtc(options_.utc_now()), ++offers_);
-  offered_ =
-      Offered{token, &job, Completed(call.arguments, *offer), machine::HostNow() + kOfferLasts_s};
+  {
+    const std::lock_guard lock(mutex_);
+    offered_ = Offered{token, &job, Completed(call.arguments, *offer),
+                       machine::HostNow() + kOfferLasts_s, begun_};
+  }
   Show({std::move(offer->question), job.start_buttons, {}, {{kToken, token}}}, false);
 }
 

@@ -1,4 +1,4 @@
-// Answers of a server to requests.
+// Answers of a server to requests about its jobs and its printer.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -6,11 +6,14 @@
 
 #include "base/url_secrets.h"
 #include "files/new_file.h"
-#include "measurement/history.h"
+#include "machine/net/json_field.h"
 #include "measurement/outcome_file.h"
 #include "service/job_server.h"
 #include "service/printer_setup.h"
+#include "service/request_params.h"
+#include "session/print_needs.h"
 #include "session/session.h"
+#include "session/uploads.h"
 
 namespace trammel::service {
 namespace {
@@ -19,49 +22,6 @@ namespace fs = std::filesystem;
 using machine::RpcAnswer;
 using nlohmann::json;
 
-constexpr std::size_t kMaxText = 200;
-constexpr std::int64_t kMaxHistory = 1000;
-
-RpcAnswer Ok(json result) { return {.result = std::move(result)}; }
-
-RpcAnswer Invalid(const std::string& message) {
-  return RpcAnswer::Refused(kInvalidParameters, message);
-}
-
-RpcAnswer Begun(const Result<RunRecord>& run) {
-  if (run) return Ok({{"run", run->id}});
-  const bool busy = run.error().kind == ErrorKind::kMachine;
-  return RpcAnswer::Refused(busy ? kBusy : kRefused, run.error().message);
-}
-
-// Rejects parameters with a key unknown to the method.
-std::optional<RpcAnswer> CheckKeys(const json& params, std::initializer_list<const char*> known) {
-  if (!params.is_object()) return Invalid("the arguments must be an object");
-  for (const auto& [key, value] : params.items()) {
-    if (std::find(known.begin(), known.end(), key) == known.end()) {
-      return Invalid(fmt::format("there is no argument '{}'", key.substr(0, kMaxText)));
-    }
-  }
-  return std::nullopt;
-}
-
-// Returns a text among the parameters, empty if absent. Error: it has another type, or is too long.
-Result<std::string> TextOf(const json& params, const char* key) {
-  const auto found = params.find(key);
-  if (found == params.end() || found->is_null()) return std::string();
-  if (!found->is_string() || found->get_ref<const std::string&>().size() > kMaxText) {
-    return Fail(fmt::format("'{}' must be a text of at most {} bytes", key, kMaxText));
-  }
-  return found->get<std::string>();
-}
-
-// Returns a run's id among the parameters, empty if absent.
-Result<std::string> RunOf(const json& params) {
-  auto id = TextOf(params, "run");
-  if (id && !id->empty() && !IsRunId(*id)) return Fail("'run' is no run's name");
-  return id;
-}
-
 Result<Arguments> ArgumentsOf(const json& params, const JobKind& kind) {
   Arguments arguments;
   const auto found = params.find("arguments");
@@ -69,45 +29,12 @@ Result<Arguments> ArgumentsOf(const json& params, const JobKind& kind) {
   if (!found->is_object()) return Fail("'arguments' must be an object");
   for (const auto& [key, value] : found->items()) {
     if (std::find(kind.arguments.begin(), kind.arguments.end(), key) == kind.arguments.end()) {
-      return Fail(fmt::format("{} takes no '{}'", kind.name, key.substr(0, kMaxText)));
+      return Fail(fmt::format("{} takes no '{}'", kind.name, key.substr(0, kMaxArgument)));
     }
     auto text = TRY(TextOf(*found, key.c_str()));
-    if (text.find('\0') != std::string::npos) return Fail(fmt::format("'{}' holds a zero", key));
     if (!text.empty()) arguments[key] = std::move(text);
   }
   return arguments;
-}
-
-Result<files::HistoryQuery> QueryOf(const json& params) {
-  files::HistoryQuery query;
-  if (const auto last = params.find("last"); last != params.end()) {
-    const bool good = last->is_number_integer() && last->get<std::int64_t>() >= 1 &&
-                      last->get<std::int64_t>() <= kMaxHistory;
-    if (!good) {
-      return Fail(fmt::format("'last' must be a whole number, 1 ... {}", kMaxHistory));
-    }
-    query.last = last->get<std::size_t>();
-  }
-  const auto instrument = TRY(TextOf(params, "instrument"));
-  if (!instrument.empty()) {
-    query.instrument = measurement::InstrumentNamed(instrument);
-    if (!query.instrument) return Fail(fmt::format("there is no instrument '{}'", instrument));
-  }
-  for (const auto& [key, text] : {std::pair{"filament", &query.subject.filament},
-                                  std::pair{"nozzle", &query.subject.nozzle}}) {
-    *text = TRY(TextOf(params, key));
-  }
-  return query;
-}
-
-json JsonOf(const files::HistoryEntry& entry) {
-  json result = files::JsonOf(entry.outcome);
-  result["folder"] = entry.folder;
-  result["applied"] = json::array();
-  for (const files::Application& applied : entry.applied) {
-    result["applied"].push_back(json(files::JsonOf(applied)));
-  }
-  return result;
 }
 
 }  // namespace
@@ -124,6 +51,18 @@ RpcAnswer JobServer::Answer(const std::string& method, const json& params) {
   if (method == "history") {
     return with({"last", "instrument", "filament", "nozzle"}, [&] { return HistoryAsked(params); });
   }
+  if (method == "compare") {
+    return with({"before", "after"}, [&] { return CompareAsked(params); });
+  }
+  if (method == "due") return with({}, [&] { return DueAsked(); });
+  if (method == "annotate") {
+    return with({"run", "note", "pinned"}, [&] { return AnnotateAsked(params); });
+  }
+  if (method == "delete") return with({"run"}, [&] { return DeleteAsked(params); });
+  if (method == "use") return with({"run", "filament"}, [&] { return UseAsked(params); });
+  if (method == "undo") return with({"instrument", "run"}, [&] { return UndoAsked(params); });
+  if (method == "taps") return with({"last"}, [&] { return TapsAsked(params); });
+  if (method == "tap") return with({"tap"}, [&] { return TapAsked(params); });
   if (method == "dismiss") return with({}, [&] { return Ok({{"dismissed", Dismiss()}}); });
   if (method == "new_nozzle") return with({}, [&] { return NewNozzleAsked(); });
   return RpcAnswer::UnknownMethod(method);
@@ -202,6 +141,12 @@ RpcAnswer JobServer::StartAsked(const json& params) {
   if (*job == kApply) {
     auto apply = PlanApply();
     if (!apply) return RpcAnswer::Refused(kNothing, apply.error().message);
+    const json* const given = machine::Member(params, "arguments");
+    const auto run = given != nullptr ? RunOf(*given) : Result<std::string>();
+    if (!run) return Invalid(run.error().message);
+    if (!run->empty() && *run != fs::path(apply->folder).filename()) {
+      return RpcAnswer::Refused(kNothing, fmt::format("the answer of {} waits no more", *run));
+    }
     plan = std::move(*apply);
   } else {
     plan.kind = FindJob(*job);
@@ -217,18 +162,19 @@ RpcAnswer JobServer::StartAsked(const json& params) {
     if (!offer) return RpcAnswer::Refused(kRefused, offer.error().message);
     plan.arguments = Completed(std::move(plan.arguments), *offer);
   }
-  return Begun(Begin(std::move(plan)));
+  return BeginAsRequested(std::move(plan));
 }
 
-RpcAnswer JobServer::Use(Proposal proposal) {
-  const auto waiting = FindWaiting(proposal);
-  if (!waiting) return RpcAnswer::Refused(kNothing, "there is no good answer that could be used");
-  if (!waiting->answer.why_not_set.empty()) {
-    return RpcAnswer::Refused(kRefused, waiting->answer.why_not_set);
-  }
-  Plan plan{kApply, proposal.arguments, proposal.folder, waiting->kind, true};
-  plan.proposal = std::move(proposal);
-  return Begun(Begin(std::move(plan)));
+RpcAnswer JobServer::BeginAsRequested(Plan plan) {
+  const auto run = Begin(std::move(plan));
+  if (run) return Ok({{"run", run->id}});
+  const bool busy = run.error().kind == ErrorKind::kMachine;
+  return RpcAnswer::Refused(busy ? kBusy : kRefused, run.error().message);
+}
+
+machine::Printer* JobServer::PrinterInUse() const {
+  const std::lock_guard lock(mutex_);
+  return printer_;
 }
 
 RpcAnswer JobServer::EmergencyStop() {
@@ -238,11 +184,7 @@ RpcAnswer JobServer::EmergencyStop() {
   }
   const std::shared_ptr<void> done(nullptr, [this](void*) { stopping_ = false; });
   const std::shared_lock use(using_printer_);
-  machine::Printer* printer = nullptr;
-  {
-    const std::lock_guard lock(mutex_);
-    printer = printer_;
-  }
+  machine::Printer* const printer = PrinterInUse();
   if (printer == nullptr) return RpcAnswer::Refused(kRefused, "the printer is not connected");
   const auto stopped = printer->EmergencyStop({kPatience_s});
   return stopped ? Ok(json::object()) : RpcAnswer::Refused(kRefused, stopped.error().message);
@@ -265,11 +207,7 @@ std::string JobServer::RestartBlocker(const machine::PrinterState& state) const 
 RpcAnswer JobServer::SetUp(const std::string& method, const std::stop_token& stop) {
   constexpr double kPatience_s = 10;
   const std::shared_lock use(using_printer_);
-  machine::Printer* printer = nullptr;
-  {
-    const std::lock_guard lock(mutex_);
-    printer = printer_;
-  }
+  machine::Printer* const printer = PrinterInUse();
   if (printer == nullptr) return RpcAnswer::Refused(kRefused, "the printer is not connected");
   const fs::path note =
       options_.state_folder /
@@ -288,6 +226,52 @@ RpcAnswer JobServer::SetUp(const std::string& method, const std::stop_token& sto
   }
   const auto setup = LookAtSetup(*printer, note, {kPatience_s, stop});
   return setup ? Ok(service::JsonOf(*setup)) : refused(setup.error());
+}
+
+RpcAnswer JobServer::OfferAsked(const json& params) {
+  if (const auto wrong = CheckKeys(params, {"job", "arguments"})) return *wrong;
+  const auto job = TextOf(params, "job");
+  const JobKind* const kind = job ? FindJob(*job) : nullptr;
+  if (kind == nullptr) return Invalid("there is no such job");
+  const auto arguments = ArgumentsOf(params, *kind);
+  if (!arguments) return Invalid(arguments.error().message);
+  const std::shared_lock use(using_printer_);
+  const auto offer = kind->check(options_.place, *arguments, PrinterInUse());
+  if (!offer) return RpcAnswer::Refused(kRefused, offer.error().message);
+  return Ok({{"question", offer->question}});
+}
+
+Result<std::string> JobServer::StoreScan(const std::string& ending, std::string_view bytes,
+                                         const std::stop_token& stop) {
+  constexpr double kPatience_s = 120;  // 64 MB over a slow network
+  constexpr std::size_t kDay = std::string_view("2026-01-02").size();
+  const std::shared_lock use(using_printer_);
+  machine::Printer* const printer = PrinterInUse();
+  if (printer == nullptr) return Fail("the printer is not connected", ErrorKind::kMachine);
+  const std::string utc = options_.utc_now();
+  const std::lock_guard one_at_a_time(storing_);
+  if (std::exchange(stored_day_, utc.substr(0, kDay)) != utc.substr(0, kDay)) stored_ = 0;
+  if (++stored_ > kMaxScansADay) {
+    return Fail(
+        fmt::format("{} scans were stored on the printer today: go on tomorrow", kMaxScansADay),
+        ErrorKind::kMeasurement);
+  }
+  // No dash: that would be the name of a result's picture.
+  const std::string name = fmt::format("scan_{}_{}{}", CompactUtc(utc), stored_, ending);
+  TRY(printer->UploadConfig(fmt::format("{}/{}", procedure::kUploadFolder, name), bytes,
+                            {kPatience_s, stop}));
+  return name;
+}
+
+std::string JobServer::Nozzle(const std::stop_token& stop) {
+  const std::shared_lock use(using_printer_);
+  machine::Printer* const printer = PrinterInUse();
+  if (printer == nullptr || printer->LastState().readiness != machine::PrinterReadiness::kReady) {
+    return {};
+  }
+  const auto facts = procedure::ReadFacts({*printer, stop, {}});
+  return facts && facts->nozzle_diameter_mm ? fmt::format("{:.2f}", *facts->nozzle_diameter_mm)
+                                            : std::string();
 }
 
 RpcAnswer JobServer::StopAsked(const json& params) {
@@ -341,25 +325,6 @@ RpcAnswer JobServer::ResultAsked(const json& params) const {
   return Ok({{"run", std::move(run)},
              {"folder", folder},
              {"result", outcome ? json(files::JsonOf(*outcome)) : json()}});
-}
-
-RpcAnswer JobServer::HistoryAsked(const json& params) const {
-  const auto query = QueryOf(params);
-  if (!query) return Invalid(query.error().message);
-  json results = json::array();
-  std::error_code ignored;
-  if (!fs::exists(options_.recordings, ignored)) {
-    return Ok({{"results", std::move(results)}});  // nothing was measured yet
-  }
-  auto history = ReadHistoryByPrinter(options_.recordings, *query);
-  if (history) {
-    const auto added =
-        files::AddApplications(options_.state_folder / files::kAppliedFile, *history);
-    if (!added) history = tl::unexpected(added.error());
-  }
-  if (!history) return RpcAnswer::Refused(kRefused, history.error().message);
-  for (const files::HistoryEntry& entry : history->entries) results.push_back(JsonOf(entry));
-  return Ok({{"results", std::move(results)}});
 }
 
 }  // namespace trammel::service

@@ -20,6 +20,7 @@
 #include "measurement/history.h"
 #include "measurement/outcome_file.h"
 #include "service/job_record.h"
+#include "service/kept_results.h"
 #include "session/crash_recovery.h"
 #include "session/fake_printer.h"
 #include "support/temporary_folder.h"
@@ -83,6 +84,8 @@ class JobServerTest : public ::testing::Test {
                    filament == arguments.end() ? Arguments{} : Arguments{{"filament", "key"}}};
     };
     kind.command = {"pa", "calibrate"};
+    kind.instrument = kind_instrument_;
+    kind.undo = {"pa", "apply", "--undo"};
     kind.apply = [](const std::string& folder, const Arguments&) {
       return std::vector<std::string>{"pa", "apply", folder};
     };
@@ -170,6 +173,11 @@ class JobServerTest : public ::testing::Test {
     }
     return words;
   }
+  void KeepResult(const std::string& run, const measurement::Outcome& outcome) {
+    const fs::path folder = folder_.path() / "recordings" / run;
+    fs::create_directories(folder);
+    test::WriteWhole(folder / "result.json", files::ToJson(outcome));
+  }
   // Returns a shell line that notes the set answer.
   std::string Notes() {
     const fs::path file = folder_.path() / "noted";
@@ -196,6 +204,7 @@ class JobServerTest : public ::testing::Test {
   std::function<void()> in_force_ = [] {};
   std::optional<AnswerSummary> several_;
   std::string blocker_;
+  measurement::Instrument kind_instrument_ = measurement::Instrument::kPressureAdvance;
   std::string message_;
   bool starts_unasked_ = false;
   bool was_working_ = false;
@@ -493,6 +502,20 @@ TEST_F(JobServerTest, AButtonBeginsWhatItsOwnDialogAskedOnce) {
   EXPECT_EQ(closed, 6);
 }
 
+// As from a page, while the dialog is open: its print lies on the bed now.
+TEST_F(JobServerTest, ADialogStartsNothingAfterAnotherRun) {
+  Serve();
+  CallMacro("ask_it");
+  const std::string token = Token();
+  Start();
+  WaitForEnd();
+  const std::string last = Status()["run"]["run"];
+  WaitUntil([this] { return !printer_.LastScriptWith("_TRAMMEL_CLOSE").empty(); });
+  CallMacro("trammel_start", {{"token", token}});
+  WaitUntil([this] { return !printer_.LastScriptWith("that dialog is closed").empty(); });
+  EXPECT_EQ(Status()["run"]["run"], last);
+}
+
 TEST_F(JobServerTest, WhatMovesNothingIsStartedUnaskedWithWhatFollowsFromIt) {
   starts_unasked_ = true;
   MakeServer();
@@ -535,31 +558,162 @@ TEST_F(JobServerTest, ABugInARunIsSaidAndEndsNeitherTheServerNorTheProcess) {
   EXPECT_EQ(Status()["run"]["end"], "done");
 }
 
-// As a photo that a browser uploaded.
-TEST_F(JobServerTest, UsesAGoodResultThatNoJobMeasured) {
+// As a photo that a browser uploaded, or an answer of last month.
+TEST_F(JobServerTest, UsesAGoodResultOfTheHistoryAndSetsItBack) {
   std::vector<std::string> events;
   job_server_->OnEvent([&events](const std::string& event, const json& data) {
     events.push_back(event == "run" ? data["phase"].get<std::string>() : event);
   });
-  const fs::path folder = folder_.path() / "recordings" / "photo-1";
-  fs::create_directories(folder);
-  const Proposal proposal{"photo-1", "measure", folder.string(), {{"filament", "key"}}};
-  EXPECT_EQ(job_server_->Use(proposal).code, kNothing) << "no result there";
-  fs::copy_file(folder_.path() / "result.json", folder / "result.json");
-  EXPECT_EQ(job_server_->Use(proposal).code, kBusy) << "not connected";
-  EXPECT_EQ(job_server_->Use({"photo-1", "other", folder.string(), {}}).code, kNothing);
+  const json asked = {{"run", "photo-1"}, {"filament", "key"}};
+  EXPECT_EQ(CodeOf("use", {{"run", "../x"}}), kInvalidParameters);
+  EXPECT_EQ(CodeOf("use", asked), kNothing) << "no such run";
+  KeepResult("photo-1", OutcomeWith(kGoodAnswer));
+  EXPECT_EQ(CodeOf("use", asked), kBusy) << "not connected";
+  KeepResult("refused-1", OutcomeWith(Measured::Refused("too dark")));
+  EXPECT_EQ(CodeOf("use", {{"run", "refused-1"}}), kNothing);
+  measurement::Outcome sheet = OutcomeWith(kGoodAnswer);
+  sheet.provenance.instrument = measurement::Instrument::kToolOffset;
+  KeepResult("sheet-1", sheet);
+  EXPECT_EQ(CodeOf("use", {{"run", "sheet-1"}}), kRefused) << "no job sets it";
+  EXPECT_EQ(CodeOf("undo", {{"instrument", "tool_offset"}}), kRefused);
+  EXPECT_EQ(CodeOf("undo", {{"instrument", "x"}}), kInvalidParameters);
   Program("echo 'pressure advance  0.0450  ->  0.0172 s'\n");
   Serve();
   EXPECT_EQ(Status()["in_force"], "0.0450 s");
-  const auto used = job_server_->Use(proposal);
-  ASSERT_EQ(used.kind, machine::RpcAnswer::Kind::kResult) << used.message;
+  (void)Ask("use", asked);
   WaitForEnd();
   EXPECT_EQ(Status()["run"]["job"], "apply");
   EXPECT_EQ(Status()["run"]["end"], "done");
-  EXPECT_THAT(ProgramArguments(), Contains(folder.string()));
+  EXPECT_EQ(Status()["run"]["looks"], false);
+  EXPECT_THAT(ProgramArguments(), Contains((folder_.path() / "recordings/photo-1").string()));
+  fs::remove(folder_.path() / "words");
+  Program("echo 'pressure advance  0.0172  ->  0.0450 s'\n");
+  (void)Ask("undo", {{"instrument", "pressure_advance"}});
+  WaitForEnd();
+  EXPECT_EQ(Status()["run"]["job"], "undo");
+  EXPECT_THAT(ProgramArguments(),
+              ElementsAre("--progress", "json", "pa", "apply", "--undo", "--config=trammel.toml",
+                          "--set=a=1", "--printer=voron"));
+  Program("echo 'trammel: nothing to undo' >&2\n", 1);
+  (void)Ask("undo", {{"instrument", "pressure_advance"}});
+  WaitForEnd();
+  EXPECT_EQ(Status()["run"]["message"], "nothing to undo");
   StopServing();
   EXPECT_EQ(events.front(), "changed");
   EXPECT_EQ(events.back(), "ended");
+}
+
+TEST_F(JobServerTest, OffsetsOfAnotherPrinterAreNotSet) {
+  measurement::Outcome outcome = OutcomeWith(kGoodAnswer);
+  outcome.provenance.instrument = measurement::Instrument::kToolOffset;
+  outcome.subject.printer = "ender";
+  kind_instrument_ = measurement::Instrument::kToolOffset;
+  MakeServer();
+  KeepResult("sheet-1", outcome);
+  EXPECT_EQ(CodeOf("use", {{"run", "sheet-1"}}), kRefused);
+  EXPECT_THAT(message_, HasSubstr("measured on ender"));
+  outcome.subject.printer = "http://voron/";
+  KeepResult("sheet-2", outcome);
+  EXPECT_EQ(CodeOf("use", {{"run", "sheet-2"}}), kBusy) << "not connected";
+}
+
+TEST_F(JobServerTest, ComparesResultsAndKeepsWhatTheirOwnerNotes) {
+  measurement::Outcome other = OutcomeWith(Measured::Good({0.0272, 0.0004, {0.0264, 0.028}}));
+  other.subject.nozzle = "0.60";
+  KeepResult("a-1", OutcomeWith(kGoodAnswer));
+  KeepResult("b-1", other);
+  const json compared = Ask("compare", {{"before", "a-1"}, {"after", "b-1"}});
+  EXPECT_EQ(compared["changes"][0]["differs"], true);
+  EXPECT_THAT(compared["changes"][0]["words"].get<std::string>(), HasSubstr("+0.0100 s (95 %"));
+  EXPECT_THAT(compared["others"], ElementsAre("another nozzle: not noted, then 0.60"));
+  EXPECT_EQ(CodeOf("compare", {{"before", "a-1"}, {"after", "c"}}), kNothing);
+  EXPECT_EQ(CodeOf("compare", {{"before", "a-1"}}), kNothing);
+
+  const auto row = [this](const std::string& run) {
+    const json history = Ask("history");
+    for (const json& result : history["results"]) {
+      if (result["run"] == run) return result;
+    }
+    return json();
+  };
+  EXPECT_EQ(row("a-1")["note"], "");
+  const std::string note = "new nozzle\n\xc3\xa4";
+  (void)Ask("annotate", {{"run", "a-1"}, {"note", note}, {"pinned", true}});
+  EXPECT_EQ(row("a-1")["note"], note);
+  EXPECT_EQ(row("a-1")["answers"][0]["words"], "0.01720 s (95 %: 0.01640 to 0.01800 s)");
+  EXPECT_EQ(CodeOf("delete", {{"run", "a-1"}}), kRefused);
+  EXPECT_THAT(message_, HasSubstr("pinned"));
+  EXPECT_EQ(Ask("annotate", {{"run", "a-1"}, {"pinned", false}})["note"], note);
+  for (const json& wrong : {json{{"run", "a-1"}, {"pinned", 1}}, json{{"run", "a-1"}, {"note", 1}},
+                            json{{"run", "a-1"}, {"note", std::string(501, 'x')}},
+                            json{{"run", "a-1"}, {"note", "\x01"}}, json{{"run", "a/b"}}}) {
+    EXPECT_EQ(CodeOf("annotate", wrong), kInvalidParameters) << wrong.dump();
+  }
+  (void)Ask("delete", {{"run", "a-1"}});
+  EXPECT_TRUE(row("a-1").is_null());
+  EXPECT_FALSE(fs::exists(folder_.path() / "recordings/a-1"));
+  EXPECT_EQ(CodeOf("delete", {{"run", "a-1"}}), kNothing);
+  EXPECT_EQ(CodeOf("delete", {{"run", ".."}}), kInvalidParameters);
+}
+
+TEST_F(JobServerTest, ARecordingAtWorkIsNotDeletedAndOtherFoldersNever) {
+  const fs::path documents = folder_.path() / "recordings/Documents";
+  fs::create_directories(documents);
+  EXPECT_EQ(CodeOf("delete", {{"run", "Documents"}}), kNothing);
+  EXPECT_EQ(CodeOf("annotate", {{"run", "Documents"}, {"note", "x"}}), kNothing);
+  EXPECT_TRUE(fs::exists(documents));
+  Program(
+      "while [ ! -e \"$here/go\" ]; do sleep 0.01; done\n"
+      "cp \"$here/result.json\" \"$folder\"\n");
+  Serve();
+  const std::string run = Start();
+  WaitUntil([&] { return fs::exists(folder_.path() / "recordings" / run); });
+  JobServer other(job_server_->options());  // of another printer
+  EXPECT_EQ(other.Answer("delete", {{"run", run}}).code, kBusy);
+  EXPECT_EQ(CodeOf("delete", {{"run", run}}), kBusy);
+  test::WriteWhole(folder_.path() / "go", "");
+  WaitForEnd();
+  (void)Ask("dismiss");
+  EXPECT_EQ(other.Answer("delete", {{"run", run}}).kind, machine::RpcAnswer::Kind::kResult);
+}
+
+TEST_F(JobServerTest, AValueThatIsNotSetLeavesTheAnswerThatWaits) {
+  Serve();
+  const std::string run = Start();
+  WaitForEnd();
+  KeepResult("old-1", OutcomeWith(kGoodAnswer));
+  Program("echo 'trammel: too high' >&2\n", 1);
+  (void)Ask("use", {{"run", "old-1"}});
+  WaitForEnd();
+  EXPECT_EQ(Status()["proposal"]["run"], run);
+  EXPECT_EQ(CodeOf("start", {{"job", "apply"}, {"arguments", {{"run", "old-1"}}}}), kNothing);
+  EXPECT_THAT(message_, HasSubstr("waits no more"));
+  EXPECT_EQ(CodeOf("undo", {{"instrument", "pressure_advance"}, {"run", "old-1"}}), kRefused);
+  EXPECT_THAT(message_, HasSubstr("another value was set since"));
+}
+
+TEST_F(JobServerTest, AnAnswerThatWaitsIsNotDeleted) {
+  Serve();
+  const std::string run = Start();
+  WaitForEnd();
+  EXPECT_EQ(CodeOf("delete", {{"run", run}}), kRefused);
+  EXPECT_THAT(message_, HasSubstr("waits"));
+  (void)Ask("dismiss");
+  (void)Ask("delete", {{"run", run}});
+}
+
+TEST_F(JobServerTest, NamesWhatIsDueOfItsOwnPrinter) {
+  EXPECT_TRUE(Ask("due")["due"].empty());
+  measurement::Outcome old = OutcomeWith(kGoodAnswer);
+  old.provenance.utc = "2025-01-02T03:04:05Z";
+  old.subject = {.printer = "voron", .filament = "pla"};
+  KeepResult("a-1", old);
+  old.subject.printer = "ender";
+  KeepResult("b-1", old);
+  const json due = Ask("due")["due"];
+  ASSERT_EQ(due.size(), 1U);
+  EXPECT_EQ(due[0]["subject"]["filament"], "pla");
+  EXPECT_THAT(due[0]["reasons"].dump(), HasSubstr("365 days old"));
 }
 
 TEST_F(JobServerTest, AnEmergencyStopReachesAConnectedPrinter) {
@@ -567,6 +721,16 @@ TEST_F(JobServerTest, AnEmergencyStopReachesAConnectedPrinter) {
   Serve();
   EXPECT_EQ(job_server_->EmergencyStop().kind, machine::RpcAnswer::Kind::kResult);
   EXPECT_TRUE(printer_.stopped);
+}
+
+TEST_F(JobServerTest, TellsTheQuestionBeforeAJob) {
+  EXPECT_EQ(job_server_->OfferAsked({{"job", "measure"}}).result.at("question"),
+            "Is the bed empty?");
+  EXPECT_EQ(job_server_->OfferAsked({{"job", "x"}}).code, kInvalidParameters);
+  EXPECT_EQ(job_server_->OfferAsked({{"job", "measure"}, {"arguments", {{"x", "1"}}}}).code,
+            kInvalidParameters);
+  blocker_ = "no material";
+  EXPECT_EQ(job_server_->OfferAsked({{"job", "measure"}}).message, "no material");
 }
 
 TEST_F(JobServerTest, SetsAPrinterUpOnlyWhileItIsColdAndIdle) {

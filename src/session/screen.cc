@@ -12,6 +12,7 @@
 namespace trammel::procedure {
 namespace {
 
+constexpr const char* kCloseMacro = "_TRAMMEL_CLOSE";  // of klipper/trammel.cfg
 constexpr const char* kEcho = "M118 trammel: {}";
 
 const char* NameOf(Buttons buttons) {
@@ -85,6 +86,7 @@ void Screen::LearnCommands(const machine::WaitLimit& limit) {
   }
   has_display_ = has("M117");
   has_dialogs_ = has("TRAMMEL_ASK");
+  closes_dialogs_ = has(kCloseMacro);
   // A server that does not answer is queried again later; meanwhile the commonest command is used.
   if (!told && say_.empty()) say_ = kEcho;
   // A printer in shutdown lists only the few commands available then. Among them is RESPOND, which
@@ -97,6 +99,9 @@ Result<void> Screen::Show(std::string_view text, const machine::WaitLimit& limit
   const std::string plain = Plain(text);
   std::string script = say_.empty() ? "" : fmt::format(fmt::runtime(say_), plain);
   if (has_display_) script += (script.empty() ? "" : "\n") + ("M117 " + plain);
+  if (std::exchange(dialog_open_, false) && closes_dialogs_) {
+    script += (script.empty() ? "" : "\n") + std::string(kCloseMacro);
+  }
   if (script.empty()) return {};
   auto shown = printer_.Run(script, limit);
   if (!shown) learnt_ = false;  // another configuration may have come with a restart
@@ -106,6 +111,7 @@ Result<void> Screen::Show(std::string_view text, const machine::WaitLimit& limit
 Result<void> Screen::Ask(std::string_view text, Buttons buttons,
                          const std::map<std::string, std::string>& start,
                          const machine::WaitLimit& limit) {
+  learnt_ = false;  // the macros may have come with a restart since
   LearnCommands(limit);
   if (!has_dialogs_) return {};
   std::string plain = Plain(text);
@@ -120,7 +126,7 @@ Result<void> Screen::Ask(std::string_view text, Buttons buttons,
   }
   auto asked = printer_.Run(
       fmt::format("TRAMMEL_ASK BUTTONS={}{} MSG=\"{}\"", NameOf(buttons), handed_on, plain), limit);
-  if (!asked) learnt_ = false;
+  dialog_open_ = asked.has_value();
   return asked;
 }
 

@@ -31,7 +31,8 @@ class Screen {
  public:
   explicit Screen(machine::Printer& printer) : printer_(printer) {}
 
-  /// Shows one line. Errors: those of the printer; none if it cannot show messages.
+  /// Shows one line, and closes a dialog that Ask opened: what it asks is decided. Errors: those of
+  /// the printer; none if it cannot show messages.
   [[nodiscard]] Result<void> Show(std::string_view text, const machine::WaitLimit& limit);
 
   /// Shows a dialog of one line with buttons, by TRAMMEL_ASK (klipper/trammel.cfg), for front ends
@@ -55,6 +56,8 @@ class Screen {
   std::string say_;  // "RESPOND MSG=\"{}\"" and so on, with the text's place; empty: no way
   bool has_display_ = false;
   bool has_dialogs_ = false;
+  bool closes_dialogs_ = false;
+  bool dialog_open_ = false;
 };
 
 // Progress from one process to another: a line of JSON on standard error.

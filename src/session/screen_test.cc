@@ -77,6 +77,19 @@ TEST(Screen, AsksWhereThePrinterHasDialogs) {
   EXPECT_THAT(older.scripts, ElementsAre());
 }
 
+TEST(Screen, WhatIsSaidAfterADialogClosesItWhereThePrinterCan) {
+  for (const bool can : {true, false}) {
+    FakePrinter printer;
+    if (!can) printer.unknown["_TRAMMEL_CLOSE"] = true;
+    Screen screen(printer);
+    ASSERT_TRUE(screen.Ask("b", Buttons::kClose, {}, {1}));
+    ASSERT_TRUE(screen.Show("at work", {1}));
+    EXPECT_EQ(printer.scripts.back().ends_with("\n_TRAMMEL_CLOSE"), can);
+    ASSERT_TRUE(screen.Show("done", {1}));
+    EXPECT_FALSE(printer.scripts.back().ends_with("_TRAMMEL_CLOSE"));
+  }
+}
+
 TEST(Screen, NothingThatIsSaidCanBecomeACommand) {
   EXPECT_EQ(Screen::Plain("a\" ;b #c*d\\e 60 °C\nG28"), "a b c d e 60 C");
   const std::string cause = "The cause. ";

@@ -24,6 +24,7 @@
 #include "pressure_advance/response/flow_ratio.h"
 #include "pressure_advance/response/response.h"
 #include "pressure_advance/timing/frame_stamps.h"
+#include "service/job_record.h"
 
 namespace trammel::app {
 
@@ -174,7 +175,7 @@ Result<void> WriteFigures(const std::string& figures_folder, const std::string& 
     return Fail(
         fmt::format("--figures {}: cannot make the folder: {}", folder.string(), error.message()));
   }
-  std::vector<OutputFile> files = {{folder / kResultPicture, answer_png}};
+  std::vector<OutputFile> files = {{folder / service::kAnswerPicture, answer_png}};
   for (const report::Figure& figure : figures) {
     files.push_back({folder / (figure.name + ".png"), figure.canvas.ToPng(figure.png_scale)});
     files.push_back({folder / (figure.name + ".svg"), figure.canvas.ToSvg()});
@@ -337,7 +338,8 @@ void PrintAnswer(const Analysis& analysis) {
 AnalysisOutput KeptIn(const std::filesystem::path& recording, bool json) {
   AnalysisOutput output;
   output.files.report = (recording / "report.html").string();
-  output.files.picture = (recording / kResultPicture).string();
+  output.files.picture = (recording / service::kAnswerPicture).string();
+  output.files.figures = (recording / service::kFiguresFolder).string();
   output.json = json;
   output.keep_in_recording = true;
   return output;

@@ -40,9 +40,6 @@ struct FlowReference {
 
 // Output of a finished analysis on the terminal and on disk.
 
-/// Figure with the answer, in a recording's folder.
-inline constexpr const char* kResultPicture = "answer.png";
-
 struct AnalysisOutput {
   bool json = false;               ///< one JSON object instead of text
   bool keep_in_recording = false;  ///< in the source, a recording's folder

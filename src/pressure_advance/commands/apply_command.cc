@@ -19,12 +19,14 @@
 #include "app/stated_settings.h"
 #include "document/interval_text.h"
 #include "measurement/outcome_file.h"
+#include "measurement/remark.h"
 #include "pressure_advance/commands/analysis_run.h"
 #include "pressure_advance/commands/kept_result.h"
 #include "pressure_advance/commands/pattern_options.h"
 #include "pressure_advance/commands/pressure_advance_commands.h"
 #include "pressure_advance/procedure/calibrate.h"
 #include "pressure_advance/procedure/filament_memory.h"
+#include "service/job_record.h"
 #include "session/crash_recovery.h"
 #include "session/print_needs.h"
 #include "session/run_journal.h"
@@ -70,7 +72,8 @@ std::optional<fs::path> ChangedSince(const fs::path& result, const fs::path& fol
   const auto kept = fs::last_write_time(result, ignored);
   for (const auto& entry : fs::directory_iterator(folder, ignored)) {
     const fs::path name = entry.path().filename();
-    const bool ours = name == files::kResultFile || name == "report.html" || name == kResultPicture;
+    const bool ours = name == files::kResultFile || name == files::kRemarkFile ||
+                      name == "report.html" || name == service::kAnswerPicture;
     if (!ours && entry.is_regular_file(ignored) && entry.last_write_time(ignored) > kept) {
       return entry.path();
     }
@@ -259,7 +262,6 @@ Result<void> CheckSameSpool(const measurement::Subject& subject, int spool_id, b
 // Checks that a result may be set on the active toolhead: Klipper sets it there.
 Result<void> CheckSameToolhead(const measurement::Subject& subject,
                                const procedure::Session& session, bool force) {
-  constexpr double kAsk_s = 10;
   if (force || subject.toolhead.empty()) return {};
   const auto state = TRY(session.printer.State(session.Within(kAsk_s)));
   if (state.active_extruder.empty() || state.active_extruder == subject.toolhead) return {};

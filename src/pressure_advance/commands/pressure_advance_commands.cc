@@ -150,7 +150,9 @@ service::JobKind Measuring(const char* name, const char* method) {
   kind.name = name;
   kind.method = method;
   kind.answer = AnswerIn;
+  kind.instrument = measurement::Instrument::kPressureAdvance;
   kind.apply = ApplyText;
+  kind.undo = {"pa", "apply", "--undo"};
   kind.use = UseText;
   kind.in_force = [](const machine::PrinterState& state) {
     const auto advance_s = machine::ActiveAdvance_s(state);

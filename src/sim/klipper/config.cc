@@ -45,6 +45,7 @@ KlipperConfig DefaultKlipperConfig(double laser_limit_s, double heater_limit_s) 
   config.macros["TRAMMEL_ASK"].lines = {"RESPOND TYPE=command MSG=\"action:prompt_begin trammel\"",
                                         "RESPOND TYPE=command MSG=\"action:prompt_text {MSG|}\"",
                                         "RESPOND TYPE=command MSG=\"action:prompt_show\""};
+  config.macros["_TRAMMEL_CLOSE"].lines = {"RESPOND TYPE=command MSG=\"action:prompt_end\""};
   MacroConfig& agent = config.macros["CALL_AGENT"];
   agent.remote_method = "calib_agent_event";
   agent.remote_arguments = {{"what", "WHAT", "ping", false}, {"t", "T", "0", true}};

@@ -50,20 +50,21 @@ Result<fs::path> RecordingOf(const std::string& asked_for) {
   return file;
 }
 
-Result<WatchOptions> OptionsOf(const WatchArguments& arguments) {
+Result<WatchOptions> OptionsOf(const WatchArguments& arguments, const std::string& printer) {
   const auto tap = TRY(TapOptionsOf(arguments.tap));
   if (!(arguments.answer_within_s >= 0.1 && arguments.answer_within_s <= 60)) {
     return Fail(fmt::format("--answer-within {}: must be 0.1 … 60 s", arguments.answer_within_s));
   }
   const auto file = TRY(RecordingOf(arguments.out));
-  return WatchOptions{tap, file, arguments.answer, arguments.answer_within_s, arguments.count};
+  return WatchOptions{
+      tap, file, printer, arguments.answer, arguments.answer_within_s, arguments.count};
 }
 
 int RunWatch(const WatchArguments& arguments) {
   const Interrupt interrupt;
   const auto config = LoadSettings(arguments.printer);
   if (!config) return PrintError(config.error());
-  const auto options = OptionsOf(arguments);
+  const auto options = OptionsOf(arguments, config->scan.address);
   if (!options) return PrintError(options.error());
   machine::TapStreamOptions stream_options;
   stream_options.moonraker.address = config->scan.address;

@@ -16,7 +16,9 @@
 #include "files/new_file.h"
 #include "machine/net/host_clock.h"
 #include "machine/net/json_field.h"
+#include "service/tap_log.h"
 #include "tap/files/tap_file.h"
+#include "tap/report/tap_json.h"
 #include "tap/report/tap_text.h"
 #include "tap/samples/finding.h"
 
@@ -273,7 +275,16 @@ void TapWatcher::Close() {
   open_.reset();
 }
 
-void TapWatcher::Keep(const Open& open) {
+// The answer stands in the line, for pages that show it without an analysis of their own.
+void TapWatcher::Keep(Open& open) {
+  const tap::TapAnalysis& analysis = open.tap.analysis;
+  auto& answer = open.raw[service::kTapAnswer] = report::JsonOf(open.tap);
+  answer["utc"] = UtcNow();
+  answer["printer"] = options_.printer;
+  answer["words"] = analysis.verdict == Verdict::kGood
+                        ? report::WithInterval(analysis.contact_mm, report::kMillimetres)
+                        : tap::Explain(analysis.reason);
+  answer["curve"] = report::CurveJson(open.tap);
   const auto kept = files::AppendLine(
       options_.recording, open.raw.dump(-1, ' ', false, json::error_handler_t::replace));
   if (kept) return;

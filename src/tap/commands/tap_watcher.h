@@ -21,6 +21,7 @@ namespace trammel::app {
 struct WatchOptions {
   tap::TapOptions tap;
   std::filesystem::path recording;  ///< JSON lines that every tap is added to.
+  std::string printer;              ///< address, noted with each
   bool answer = false;              ///< Send each macro that asks its contact.
   double answer_within_s = 3;       ///< from the macro's call; then it receives a failure
   std::size_t count = 0;            ///< Ends after so many taps; 0: never.
@@ -79,7 +80,7 @@ class TapWatcher {
   void Take(const Call& call, machine::TapStream& stream);
   void Answer(machine::TapStream& stream, double now_s);
   void Close();
-  void Keep(const Open& open);
+  void Keep(Open& open);
   void PrintSummary() const;
 
   const WatchOptions options_;

@@ -71,6 +71,15 @@ TEST_F(TapWatch, ShowsTapsBesideThePrintersOwnResultAndKeepsThem) {
   const json first = json::parse(kept.substr(0, kept.find('\n')));
   EXPECT_EQ(first["x_firmware_z_mm"], -0.008);
   EXPECT_EQ(first["time"].size(), DrawnTap(0)["time"].size());
+  const json& answer = first["x_trammel"];
+  EXPECT_EQ(answer["verdict"], "good");
+  EXPECT_EQ(answer["firmware_z_mm"], -0.008);
+  EXPECT_THAT(answer["words"].get<std::string>(), HasSubstr("mm (95 %: "));
+  const json& curve = answer["curve"];
+  EXPECT_EQ(curve["time_s"].size(), curve["z_mm"].size());
+  EXPECT_EQ(curve["time_s"].size(), curve["force_g"].size());
+  EXPECT_GT(curve["contact_time_s"], curve["time_s"].front());
+  EXPECT_LT(curve["contact_time_s"], curve["time_s"].back());
 }
 
 TEST_F(TapWatch, HandsTheContactBackToTheMacroThatAsks) {

@@ -1,9 +1,14 @@
 #include "tap/report/tap_json.h"
 
+#include <algorithm>
+#include <cmath>
 #include <nlohmann/json.hpp>
+#include <tuple>
+#include <vector>
 
 #include "document/json_number.h"
 #include "tap/samples/finding.h"
+#include "tap/samples/motion.h"
 #include "tap/two_line/corner_name.h"
 
 namespace trammel::report {
@@ -109,6 +114,42 @@ Json Object(const tap::Ensemble& ensemble) {
 }  // namespace
 
 Json JsonOf(const AnalysedTap& tap) { return Object(tap); }
+
+Json CurveJson(const AnalysedTap& tap) {
+  constexpr std::size_t kMaxSamples = 600;
+  const auto& [times, forces] = std::tie(tap.recording.time_s, tap.recording.force_g);
+  tap::TapMotion motion;
+  if (tap::FindMotion(tap.recording.moves, motion).code != tap::FindingCode::kNone) return nullptr;
+  const double tap_s = motion.pull_back_end_s - motion.approach_end_s;
+  std::vector<std::size_t> shown;
+  for (std::size_t i = 0; i < std::min(times.size(), forces.size()); ++i) {
+    if (times[i] > motion.approach_end_s - tap_s / 2) shown.push_back(i);
+  }
+  // A cell reads its tare without a load, and the press with either sign.
+  const auto reading = [&](std::size_t i) { return std::isfinite(forces[i]) ? forces[i] : 0.0; };
+  const double free_g = shown.empty() ? 0 : reading(shown.back());
+  double press_g = 0;
+  for (const std::size_t i : shown) {
+    if (std::abs(reading(i) - free_g) > std::abs(press_g)) press_g = reading(i) - free_g;
+  }
+  const auto force = [&](std::size_t i) { return (forces[i] - free_g) * (press_g < 0 ? -1 : 1); };
+  const std::size_t stride = 1 + shown.size() / kMaxSamples;
+  Json curve = {{"time_s", Json::array()}, {"z_mm", Json::array()}, {"force_g", Json::array()}};
+  for (std::size_t i = 0; i < shown.size(); i += stride) {
+    const double time_s = times[shown[i]];
+    curve["time_s"].push_back(Number(time_s));
+    curve["z_mm"].push_back(Number(motion.Z(time_s)));
+    curve["force_g"].push_back(Number(force(shown[i])));
+  }
+  const bool good = tap.analysis.verdict == Verdict::kGood;
+  curve["contact_time_s"] = good ? Number(tap.analysis.contact_time_s) : Json(nullptr);
+  curve["contact_force_g"] = nullptr;
+  const auto after = std::ranges::lower_bound(times, tap.analysis.contact_time_s);
+  if (good && after != times.end()) {
+    curve["contact_force_g"] = Number(force(static_cast<std::size_t>(after - times.begin())));
+  }
+  return curve;
+}
 
 Json JsonOf(std::span<const AnalysedTap> taps) { return List(taps); }
 

@@ -21,6 +21,11 @@ struct AnalysedTap {
 /// good.
 [[nodiscard]] nlohmann::ordered_json JsonOf(const AnalysedTap& tap);
 
+/// Returns the curve for a chart: `time_s`, `z_mm`, `force_g` from shortly before the halt on, at
+/// most 600 samples (forces count from the last one, a press is positive), and `contact_time_s`,
+/// `contact_force_g` (null unless the verdict is good). Null where the moves hold no tap.
+[[nodiscard]] nlohmann::ordered_json CurveJson(const AnalysedTap& tap);
+
 /// Returns a list of such objects, in the same order.
 [[nodiscard]] nlohmann::ordered_json JsonOf(std::span<const AnalysedTap> taps);
 

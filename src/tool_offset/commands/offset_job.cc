@@ -213,6 +213,8 @@ service::JobKind OffsetScanJob() {
   kind.apply = [](const std::string& folder, const Arguments&) {
     return std::vector<std::string>{"offset", "apply", folder, "--apply", "--brief"};
   };
+  kind.instrument = measurement::Instrument::kToolOffset;
+  kind.undo = {"offset", "apply", "--undo"};
   kind.use = [](const PrinterPlace&, const Arguments&) {
     return std::string("Set the new offsets until Klipper restarts");
   };
