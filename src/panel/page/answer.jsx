@@ -2,13 +2,11 @@ import { Bar } from "./bar.jsx";
 import { Copy } from "./copy.jsx";
 import { ChooseButton } from "./photo.jsx";
 import { photo, setting, use } from "./photo.js";
+import { Pictures, Report } from "./pictures.jsx";
 import { canStart, embedded, printerName, ready } from "./state.js";
 import { texts } from "./texts.js";
 import { Verdict } from "./verdict.jsx";
 import { Words } from "./words.jsx";
-
-const pictureOf = (result, name) =>
-  result.pictures.includes(name) ? `runs/${encodeURIComponent(result.run)}/${name}` : null;
 
 /** A measured photo: its answer, or the reason for none. */
 export function Answer() {
@@ -18,8 +16,6 @@ export function Answer() {
 }
 
 function Good({ result }) {
-  const graph = pictureOf(result, "answer.png");
-  const read = pictureOf(result, "photo.png");
   return (
     <section class="card" id="answer">
       <h2>
@@ -36,14 +32,8 @@ function Good({ result }) {
       {!embedded && (
         <>
           <Copy lines={result.lines} />
-          {graph && <img src={graph} alt={texts.pictureOfAnswer} />}
-          {read && (
-            <details>
-              <summary>{texts.showPhoto}</summary>
-              <img src={read} alt={texts.pictureOfPhoto} loading="lazy" />
-            </details>
-          )}
-          <Report result={result} />
+          <Pictures run={result.run} pictures={result.pictures} />
+          <Report run={result.run} report={result.report} />
         </>
       )}
       <ChooseButton words={texts.photographAnother} plain />
@@ -76,30 +66,21 @@ function Use({ keep }) {
 }
 
 function Refusal({ result }) {
-  const read = pictureOf(result, "photo.png") ?? pictureOf(result, result.pictures[0]);
+  const { run, pictures, report } = result;
   return (
     <section class="card" id="refusal">
       <Verdict verdict={result.verdict} />
       <h2>{result.words}</h2>
       <ChooseButton words={texts.photographAnother} />
-      {read && !embedded && <img src={read} alt={texts.pictureOfPhoto} />}
+      {!embedded && (
+        <Pictures run={run} pictures={pictures} first={pictures.includes("photo.png") ? "photo.png" : pictures[0]} />
+      )}
       {result.notices.map((notice) => (
         <p key={notice} class="notice">
           {notice}
         </p>
       ))}
-      {!embedded && <Report result={result} />}
+      {!embedded && <Report run={run} report={report} />}
     </section>
-  );
-}
-
-function Report({ result }) {
-  if (!result.report) return null;
-  return (
-    <p>
-      <a href={`runs/${encodeURIComponent(result.run)}/${result.report}`} target="_blank" rel="noopener">
-        {texts.report}
-      </a>
-    </p>
   );
 }

@@ -1,11 +1,15 @@
 import { Answer } from "./answer.jsx";
+import { Due } from "./due.jsx";
 import { History } from "./history.jsx";
 import { Jobs } from "./jobs.jsx";
 import { Now } from "./now.jsx";
+import { Offsets } from "./offsets.jsx";
 import { Photo } from "./photo.jsx";
 import { Setup } from "./setup.jsx";
 import { embedded, link, said, status } from "./state.js";
+import { Survey } from "./survey.jsx";
 import { texts } from "./texts.js";
+import { Taps } from "./taps.jsx";
 import { Tries } from "./tries.jsx";
 import { Waiting } from "./waiting.jsx";
 
@@ -16,9 +20,13 @@ export function App() {
       <div class="first">
         <Waiting />
         <Photo />
+        <Due />
         <Answer />
         {!embedded && <Tries />}
         {!embedded && <Jobs />}
+        {!embedded && <Offsets />}
+        {!embedded && <Taps />}
+        {!embedded && <Survey />}
         {embedded && <a class="whole" href="./" target="_blank">{texts.openPanel}</a>}
       </div>
       {!embedded && (

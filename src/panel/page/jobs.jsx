@@ -1,85 +1,112 @@
-import { useState } from "preact/hooks";
+import { useEffect, useState } from "preact/hooks";
 import { Confirm } from "./confirm.jsx";
-import { act, blockerOf, busy, canStart, ready, status } from "./state.js";
+import { act, ask, blockerOf, busy, canStart, ready, status } from "./state.js";
 import { texts } from "./texts.js";
+
+const OFFER_PAUSE_MS = 400; // while the owner writes
 
 /** What the printer can do: it heats and moves, so each job asks first. */
 export function Jobs() {
-  const [asking, setAsking] = useState("");
   if (!status.value) return null;
-  const close = () => setAsking("");
   return (
     <section id="jobs">
-      <Job job="photo_pattern" words={texts.printPattern} detail={texts.printDetail} start={setAsking} />
-      <Job job="pressure_advance" words={texts.scan} detail={texts.scanDetail} start={setAsking} strict />
-      <Start
-        open={asking === "photo_pattern"}
-        close={close}
+      <Job
         job="photo_pattern"
+        words={texts.printPattern}
+        title={texts.bedQuestion}
         detail={texts.printDetail}
         yes={texts.printYes}
+        fields={["material", "filament"]}
       />
-      <Start
-        open={asking === "pressure_advance"}
-        close={close}
+      <Job
         job="pressure_advance"
+        words={texts.scan}
+        title={texts.bedQuestion}
         detail={texts.scanDetail}
         yes={texts.scanYes}
+        fields={["material", "filament"]}
+        strict
       />
     </section>
   );
 }
 
-// A missing material blocks the pattern until the dialog names it, so its blocker alone keeps nobody from asking.
-function Job({ job, words, detail, start, strict }) {
-  const blocker = blockerOf(job);
-  const shown = blocker && ready.value && !busy.value;
-  if (strict && shown) return <p class="quiet small">{texts.cannot(words, blocker)}</p>;
+/** Returns why a job cannot start, unless that is to be seen elsewhere: the printer is not ready, or at work. */
+export const reasonAgainst = (job) => ready.value && !busy.value && blockerOf(job);
+
+export async function startJob(job, given) {
+  if (await act("start", { job, arguments: given })) scrollTo(0, 0); // to the run
+}
+
+// A missing material blocks a print until the dialog names it, so a blocker alone keeps nobody from asking.
+export function Job({ job, words, detail, strict, ...question }) {
+  const [asking, setAsking] = useState(false);
+  const reason = reasonAgainst(job);
+  if (strict && reason) return <p class="quiet small">{texts.cannot(words, reason)}</p>;
   return (
     <div class="job">
-      <button id={job} disabled={!canStart.value} onClick={() => start(job)}>
+      <button id={job} disabled={!canStart.value} onClick={() => setAsking(true)}>
         {words}
       </button>
-      <p class="quiet small">{shown ? texts.cannot(words, blocker) : detail}</p>
+      <p class="quiet small">{reason ? texts.cannot(words, reason) : detail}</p>
+      <Start open={asking} close={() => setAsking(false)} job={job} detail={detail} {...question} />
     </div>
   );
 }
 
-function Start({ open, close, job, detail, yes }) {
-  const [filament, setFilament] = useState("");
-  const [material, setMaterial] = useState("");
-  const start = () =>
-    act("start", { job, arguments: { ...(filament.trim() && { filament: filament.trim() }), ...(material && { material }) } });
+/** The question before a job. The service words it, where it knows more: which paper belongs where. */
+function Start({ open, close, job, title, detail, yes, fields }) {
+  const [written, setWritten] = useState({});
+  const [offer, setOffer] = useState("");
+  const given = Object.fromEntries(
+    Object.entries(written)
+      .map(([name, text]) => [name, text.trim()])
+      .filter(([, text]) => text),
+  );
+  const offered = JSON.stringify(given);
+  useEffect(() => {
+    if (!open) return;
+    let newest = true;
+    const take = (question) => newest && setOffer(question);
+    const asks = () =>
+      ask("offer", { job, arguments: given }).then(
+        ({ question }) => take(question),
+        () => take(""),
+      );
+    const timer = setTimeout(asks, OFFER_PAUSE_MS);
+    return () => {
+      newest = false;
+      clearTimeout(timer);
+    };
+  }, [open, offered]);
+  const write = ({ target }) => setWritten({ ...written, [target.name]: target.value });
   return (
     <Confirm
       open={open}
       close={close}
-      title={texts.printQuestion}
-      detail={detail}
+      title={title}
+      detail={offer || detail}
       yes={yes}
-      act={start}
+      act={() => startJob(job, given)}
       disabled={!canStart.value}
     >
-      <label>
-        {texts.material}
-        <select value={material} onChange={({ target }) => setMaterial(target.value)}>
-          <option value="">{texts.materialOfSettings}</option>
-          {texts.materials.map((name) => (
-            <option key={name} value={name}>
-              {name.toUpperCase()}
-            </option>
-          ))}
-        </select>
-      </label>
-      <label>
-        {texts.filamentName}
-        <input
-          type="text"
-          maxlength="100"
-          value={filament}
-          onInput={({ target }) => setFilament(target.value)}
-        />
-      </label>
+      {fields.map((name) => (
+        <label key={name}>
+          {texts.fields[name]}
+          {name === "material" ? (
+            <select name={name} value={written[name] ?? ""} onChange={write}>
+              <option value="">{texts.materialOfSettings}</option>
+              {texts.materials.map((material) => (
+                <option key={material} value={material}>
+                  {material.toUpperCase()}
+                </option>
+              ))}
+            </select>
+          ) : (
+            <input type="text" name={name} maxlength="100" value={written[name] ?? ""} onInput={write} />
+          )}
+        </label>
+      ))}
     </Confirm>
   );
 }

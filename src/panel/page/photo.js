@@ -2,10 +2,10 @@
 import { computed, effect, signal } from "@preact/signals";
 import { callBack } from "./alert.js";
 import { LinkLost } from "./connection.js";
-import { act, ask, link, readHistory, run, say } from "./state.js";
+import { act, ask, link, run, say, storedChanged } from "./state.js";
 import { remember, remembered, rememberedInVisit, rememberInVisit } from "./stored.js";
 import { texts } from "./texts.js";
-import { photoType, send } from "./upload.js";
+import { mediaType, send } from "./upload.js";
 
 const MOST_TRIES = 20;
 const MEASURE_PATIENCE_MS = 120000; // a small computer beside the printer needs 10 s
@@ -29,6 +29,13 @@ effect(() => {
   if (last?.job !== "photo_pattern" || last.end !== "done" || last.run === printed) return;
   printed = last.run;
   change({ pattern: "trammel", gcode: null, filament: last.arguments?.filament ?? "" });
+});
+
+// What a print or a scan finds is not the photo's answer.
+effect(() => {
+  const now = run.value;
+  if (!now || now.complete || ["apply", "undo", "photo"].includes(now.job)) return;
+  if (photo.peek()?.step === "done") photo.value = null;
 });
 
 function triesOfVisit() {
@@ -67,7 +74,7 @@ export async function measurePhoto(file) {
   photo.value = { step: "sending", file, sent: 0, total };
   scrollTo(0, 0); // to the answer
   try {
-    const { run } = await send("photos", file, photoType(file), {
+    const { run } = await send("photos", file, mediaType(file), {
       progressed: (bytes) => show({ sent: bytes }),
       signal: mine.signal,
     });
@@ -79,17 +86,17 @@ export async function measurePhoto(file) {
     }
     show({ step: "measuring", sent: total });
     // The file that was printed names its own pattern.
-    const result = await measure({ run, ...(gcode ? {} : { pattern }) });
+    const result = await measure({ run, ...(gcode ? {} : { pattern }), ...(filament && { filament }) });
     if (mine.signal.aborted) return;
     const done = { step: "done", at: Date.now(), result, filament, used: null };
     keep(done);
-    readHistory();
+    storedChanged();
     const words = result.verdict === "good" ? texts.measured : texts.notMeasured;
     say(words(result.words), "heard");
     callBack();
   } catch (error) {
     if (mine.signal.aborted) return;
-    show({ step: "failed", error: error.message });
+    show({ step: "failed", error: error.message, arrived: photo.value.step === "measuring" });
     say(error.message, "heard");
   }
 }

@@ -1,7 +1,7 @@
 import { useRef, useState } from "preact/hooks";
 import { Dialog } from "./confirm.jsx";
 import { change, choice, choosing, forget, measurePhoto, photo } from "./photo.js";
-import { busy, link, status } from "./state.js";
+import { busy, embedded, link, status } from "./state.js";
 import { texts } from "./texts.js";
 import { PHOTO_TYPES } from "./upload.js";
 
@@ -11,6 +11,7 @@ export function Photo() {
   return (
     <>
       {!step && <ChooseButton words={texts.photograph} plain={busy.value || Boolean(status.value?.proposal)} />}
+      {!step && !embedded && <p class="quiet small">{texts.intro}</p>}
       {step === "sending" && <Sending />}
       {step === "measuring" && (
         <section class="card" id="measuring">
@@ -131,7 +132,7 @@ function Sending() {
 }
 
 function Failed() {
-  const { error, file } = photo.value;
+  const { error, file, arrived } = photo.value;
   return (
     <section class="card" id="failed">
       <h2>
@@ -139,10 +140,12 @@ function Failed() {
         {error}
       </h2>
       <p class="buttons">
-        <button class="primary" disabled={link.value !== "up"} onClick={() => measurePhoto(file)}>
-          {texts.sendAgain}
-        </button>
-        <button disabled={link.value !== "up"} onClick={() => (choosing.value = true)}>
+        {!arrived && (
+          <button class="primary" disabled={link.value !== "up"} onClick={() => measurePhoto(file)}>
+            {texts.sendAgain}
+          </button>
+        )}
+        <button class={arrived ? "primary" : ""} disabled={link.value !== "up"} onClick={() => (choosing.value = true)}>
           {texts.photographAnother}
         </button>
       </p>

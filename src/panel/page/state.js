@@ -1,5 +1,5 @@
 // The state of the page: what the service reported last, and the requests to it.
-import { computed, signal } from "@preact/signals";
+import { computed, effect, signal } from "@preact/signals";
 import { callBack } from "./alert.js";
 import { connect, LinkLost } from "./connection.js";
 import { remember, remembered } from "./stored.js";
@@ -8,7 +8,6 @@ import { texts } from "./texts.js";
 const STATUS_EVERY_MS = 10000; // the longest time that a changed blocker stays unseen
 const STATUS_PATIENCE_MS = 8000;
 const WORDS_STAY_MS = 8000;
-const HISTORY_LENGTH = 20;
 
 const query = new URLSearchParams(location.search);
 export const embedded = query.get("embed") === "1";
@@ -17,10 +16,11 @@ export const theme = query.get("theme");
 export const link = signal("connecting"); // connecting, up, lost
 export const printers = signal([]);
 export const printer = signal(0);
+export const surveys = signal(false); // the service can survey a part
 export const status = signal(null);
-export const results = signal([]);
 export const said = signal({ words: "", kind: "" });
 export const pending = signal(false); // a request of the owner has no answer yet
+const storedChanges = signal(0); // grows whenever stored results may have changed
 
 export const printerName = computed(
   () => printers.value.find((one) => one.printer === printer.value)?.name ?? status.value?.printer.address ?? "",
@@ -74,9 +74,7 @@ export function choosePrinter(number) {
   printer.value = number;
   remember("printer", printerName.value);
   status.value = null;
-  results.value = [];
   refresh();
-  readHistory();
 }
 
 let asked = 0;
@@ -100,32 +98,48 @@ function take(next) {
   const waits = next.proposal && next.proposal.run !== before.proposal?.run;
   if (!ended && !waits) return;
   callBack();
-  if (ended) readHistory();
+  if (ended) storedChanged();
   if (waits) say(`${texts.waits}: ${next.proposal.answer}`, "heard");
   else if (next.run) say(endOf(next.run), "heard");
 }
 
 export function endOf(one) {
-  return [texts.lastRun(texts.job(one.job), texts.end(one.end)), one.message].filter(Boolean).map(sentence).join(". ");
+  const shown = ["apply", "undo"].includes(one.job) && one.end === "done"; // the value in force says it
+  return [texts.lastRun(texts.job(one.job), texts.end(one.end)), !shown && one.message].filter(Boolean).map(sentence).join(". ");
 }
 
 const sentence = (words) => words[0].toUpperCase() + words.slice(1);
 
-export async function readHistory() {
-  if (embedded) return;
-  const of = printer.value;
-  try {
-    const answer = await ask("history", { last: HISTORY_LENGTH });
-    if (of === printer.value) results.value = answer.results;
-  } catch (error) {
-    reportError(error);
-  }
+export function storedChanged() {
+  storedChanges.value++;
+}
+
+/**
+ * Keeps what a method answers for the chosen printer: take(answer) at first, and again whenever stored results may have changed
+ * or a signal in `params()` did. take(null) forgets another printer's.
+ */
+export function followStored(method, params, take) {
+  let asked = 0;
+  let of;
+  effect(() => {
+    storedChanges.value; // asks again
+    const given = params();
+    if (embedded || link.value !== "up") return;
+    const mine = ++asked;
+    if (of !== printer.value) {
+      of = printer.value;
+      take(null);
+    }
+    ask(method, given).then((answer) => mine === asked && take(answer), reportError);
+  });
 }
 
 async function opened() {
   const again = link.value === "lost";
   try {
-    printers.value = (await connection.call("printers")).printers;
+    const known = await connection.call("printers");
+    printers.value = known.printers;
+    surveys.value = Boolean(known.surveys);
     say(again ? texts.back : "");
   } catch (error) {
     if (error instanceof LinkLost) return;
@@ -136,7 +150,6 @@ async function opened() {
   if (found) printer.value = found.printer;
   link.value = "up";
   refresh();
-  readHistory();
 }
 
 function lost() {

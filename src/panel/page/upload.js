@@ -8,12 +8,15 @@ const TYPES = {
   webp: "image/webp",
   heic: "image/heic",
   heif: "image/heif",
+  tif: "image/tiff",
+  tiff: "image/tiff",
+  pdf: "application/pdf",
 };
 
-export const PHOTO_TYPES = [...new Set(Object.values(TYPES))].join(",");
+export const PHOTO_TYPES = "image/jpeg,image/png,image/webp,image/heic,image/heif";
 
-/** Returns a photo's media type. Some phones leave the type of HEIC files empty: then its name decides. */
-export function photoType(file) {
+/** Returns a file's media type. Some phones leave the type of HEIC files empty: then its name decides. */
+export function mediaType(file) {
   if (file.type) return file.type;
   return TYPES[file.name.split(".").pop().toLowerCase()] ?? "application/octet-stream";
 }

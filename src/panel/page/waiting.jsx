@@ -1,7 +1,10 @@
 import { useState } from "preact/hooks";
 import { Confirm } from "./confirm.jsx";
+import { results } from "./history.js";
+import { Live } from "./live.jsx";
 import { photo } from "./photo.js";
-import { act, busy, canAsk, canStart, endOf, link, run, status } from "./state.js";
+import { Pictures, Report } from "./pictures.jsx";
+import { act, busy, canAsk, canStart, endOf, link, printerName, run, status } from "./state.js";
 import { texts } from "./texts.js";
 import { Words } from "./words.jsx";
 
@@ -18,7 +21,7 @@ export function Waiting() {
 
 function Run() {
   const [asking, setAsking] = useState(false);
-  const { job, phase, message, progress, remaining_s, run: name } = run.value;
+  const { job, phase, message, progress, remaining_s, looks, run: name } = run.value;
   return (
     <section class="card" id="run">
       <h2>{texts.job(job)}</h2>
@@ -42,6 +45,7 @@ function Run() {
           {texts.emergencyStop}
         </button>
       </p>
+      {looks && <Live key={name} run={name} />}
       <Confirm
         open={asking}
         close={() => setAsking(false)}
@@ -57,7 +61,8 @@ function Run() {
 }
 
 function Proposal() {
-  const { answer, arguments: given } = status.value.proposal;
+  const { answer, arguments: given, run: name } = status.value.proposal;
+  const measured = results.value.find((one) => one.run === name);
   return (
     <section class="card" id="proposal">
       <h2>{given?.filament ? texts.waitsFor(given.filament) : texts.waits}</h2>
@@ -67,7 +72,7 @@ function Proposal() {
           id="use-proposal"
           class="primary"
           disabled={!canStart.value}
-          onClick={() => act("start", { job: "apply", arguments: {} })}
+          onClick={() => act("start", { job: "apply", arguments: { run: name } })}
         >
           {texts.use}
         </button>
@@ -75,17 +80,35 @@ function Proposal() {
           {texts.drop}
         </button>
       </p>
+      {measured && (
+        <>
+          <Pictures run={name} pictures={measured.pictures} instrument={measured.instrument} />
+          <Report run={name} report={measured.report} />
+        </>
+      )}
     </section>
   );
 }
 
+const LONG = 200; // characters of a message that are shown unfolded
+
 function LastRun() {
-  const done = run.value.end === "done";
-  const photograph = done && run.value.job === "photo_pattern";
+  const { job, end, message, folder } = run.value;
+  const done = end === "done";
+  const set = results.value.find((one) => one.folder === folder);
+  const kept = done && job === "apply" && set?.instrument === "pressure_advance" && texts.used(printerName.value, texts.keptBy);
+  const next = done && (texts.next(job) || kept);
+  const folded = !next && !done && message.length > LONG;
   return (
-    <p id="last-run" class={photograph ? "" : "quiet small"}>
+    <div id="last-run" class={next ? "" : "quiet small"}>
       <span aria-hidden="true">{done ? "✓ " : "! "}</span>
-      {photograph ? texts.nowPhotograph : endOf(run.value)}
-    </p>
+      {next || (folded ? texts.lastRun(texts.job(job), texts.end(end)) : endOf(run.value))}
+      {folded && (
+        <details>
+          <summary>{texts.why}</summary>
+          {message}
+        </details>
+      )}
+    </div>
   );
 }
