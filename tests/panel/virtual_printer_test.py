@@ -1,12 +1,15 @@
 #!/usr/bin/env python3
 """Runs the journeys of journey_test.py against trammel serve and a virtual printer.
 
-    virtual_printer_test.py TRAMMEL TRAMMEL_SIM [OPTIONS OF journey_test.py]
+    virtual_printer_test.py TRAMMEL TRAMMEL_SIM [--phone-photos] [OPTIONS AND TESTS OF journey_test.py]
+
+--phone-photos makes photos as phones store them, 48 megapixels and HEIC: half a minute, and much more with a sanitizer.
 """
 import os
 import pathlib
 import re
 import shlex
+import shutil
 import socket
 import subprocess
 import sys
@@ -16,31 +19,34 @@ import time
 import web_driver
 
 HERE = pathlib.Path(__file__).resolve().parent
-# A run lasts long enough to be seen and stopped: the pattern takes a minute of the printer's time.
-HURRY = "4"
+# A run lasts long enough to be looked at and stopped: the pattern takes a minute of the printer's time.
+HURRY = "2"
 
 
-def free_port():
-    with socket.socket() as free:
-        free.bind(("127.0.0.1", 0))
-        return free.getsockname()[1]
+def photo(sim, folder, name, size="1500x2000", more=""):
+    """A photo of another tool's lines."""
+    if not (folder / "lines.gcode").exists():
+        subprocess.run([sim, "pattern", "orca-line", "-o", "lines.gcode"], cwd=folder, check=True)
+    look = f"--phone --size {size} --scene black-on-gold --seed 33 --exponent 0.8 --pressure-advance 0.035 {more}"
+    subprocess.run([sim, "photo", "lines.gcode", *look.split(), "-o", name], cwd=folder, check=True)
+    return folder / name
 
 
-def photos(sim, folder):
-    """A photo of another tool's lines with a good answer, and a blurred one."""
-    subprocess.run([sim, "pattern", "orca-line", "-o", "lines.gcode"], cwd=folder, check=True)
-    look = "--phone --size 1500x2000 --scene black-on-gold --seed 33 --exponent 0.8 --pressure-advance 0.035"
-    for name, more in (("good.jpg", ""), ("blurred.jpg", "--set blur-px=6")):
-        subprocess.run([sim, "photo", "lines.gcode", *f"{look} {more} -o {name}".split()], cwd=folder, check=True)
-    return folder / "good.jpg", folder / "blurred.jpg"
+def heic(photo):
+    """The same photo as most phones store it; none where Debian's libheif-examples is missing."""
+    if not shutil.which("heif-enc"):
+        print("SKIPPED: HEIC, as heif-enc is missing; apt install libheif-examples")
+        return []
+    subprocess.run(["heif-enc", "-p", "preset=ultrafast", photo, "-o", photo.with_suffix(".heic")], check=True)
+    return [photo.with_suffix(".heic")]
 
 
 class Server:
     def __init__(self, trammel, sim, folder):
-        self.printer = subprocess.Popen([sim, "printer", "--port", "0", "--seed", "7", "--hurry", HURRY], cwd=folder,
-                                        stdout=subprocess.PIPE, text=True)
+        words = [sim, *"printer --port 0 --seed 7 --camera-port 0 --camera-frame 640x480 --hurry".split(), HURRY]
+        self.printer = subprocess.Popen(words, cwd=folder, stdout=subprocess.PIPE, text=True)
         address = re.search(r"http://(\S+)", self.printer.stdout.readline()).group(1)
-        self.port = free_port()
+        self.port = web_driver.free_port()
         # Commands, as the journeys stop and start it.
         words = [trammel, "serve", "--printer", address, "--material", "pla", "--out", "recordings", "--panel",
                  str(self.port), "--panel-name", "printer.test"]
@@ -51,6 +57,8 @@ class Server:
 
     def close(self):
         subprocess.run(self.gone, shell=True, check=False)
+        if self.printer.poll() is not None:
+            print(f"the virtual printer ended by itself: {self.printer.returncode}")
         self.printer.terminate()
         self.printer.wait()
 
@@ -82,13 +90,15 @@ def stop(folder):
     sys.exit("trammel serve does not end")
 
 
-def main(trammel, sim, *options):
-    trammel, sim = os.path.abspath(trammel), os.path.abspath(sim)
-    web_driver.require()
+def main(trammel, sim, *more):
+    trammel, sim, options = os.path.abspath(trammel), os.path.abspath(sim), list(more)
     with tempfile.TemporaryDirectory() as name:
         folder = pathlib.Path(name)
         os.environ.update(HOME=name, XDG_STATE_HOME=name, XDG_DATA_HOME=name)
-        good, blurred = photos(sim, folder)
+        good, blurred = photo(sim, folder, "good.jpg"), photo(sim, folder, "blurred.jpg", more="--set blur-px=6")
+        if "--phone-photos" in options:
+            at = options.index("--phone-photos") + 1
+            options[at:at] = photo(sim, folder, "48-megapixels.jpg", "6000x8000"), *heic(good)
         server = Server(trammel, sim, folder)
         try:
             end = subprocess.run([sys.executable, HERE / "journey_test.py", f"http://printer.test:{server.port}/",

@@ -1,4 +1,4 @@
-"""The server's side of a WebSocket (RFC 6455) on a request of http.server: text frames below 64 KiB, no fragments."""
+"""The server's side of a WebSocket (RFC 6455) on a request of http.server: text frames without fragments."""
 import base64
 import hashlib
 import struct
@@ -38,7 +38,11 @@ class WebSocket:
 
     def send(self, text):
         data = text.encode()
-        head = struct.pack("!BB", 0x81, len(data)) if len(data) < 126 else struct.pack("!BBH", 0x81, 126, len(data))
+        length = len(data)
+        if length < 126:
+            head = struct.pack("!BB", 0x81, length)
+        else:
+            head = struct.pack("!BBH", 0x81, 126, length) if length < 1 << 16 else struct.pack("!BBQ", 0x81, 127, length)
         try:
             with self.lock:
                 self.writer.write(head + data)
