@@ -61,10 +61,7 @@ std::string AnswerText(const Answer& answer) {
   if (!answer.value.good()) {
     return fmt::format("{}: {}", VerdictText(answer.value.verdict()), answer.value.reason());
   }
-  report::IntervalStyle style;
-  style.unit = answer.unit;
-  return report::WithInterval(answer.value.quantity(),
-                              answer.unit == "rad" ? report::kPerMille : style);
+  return report::WithInterval(answer.value.quantity(), report::StyleOfUnit(answer.unit));
 }
 
 std::string ApplicationText(const files::Application& application) {
@@ -273,13 +270,9 @@ std::string DueText(const service::Measurand& measurand) {
 }
 
 ordered_json DueJson(const service::Measurand& measurand) {
-  ordered_json subject = ordered_json::object();
-  files::AddSubject(subject, measurand.subject);
-  return {{"due", !measurand.reasons.empty()},
-          {"instrument", ToString(measurand.instrument)},
-          {"subject", subject},
-          {"reasons", measurand.reasons},
-          {"last_good", measurand.last_good_utc}};
+  ordered_json json = {{"due", !measurand.reasons.empty()}};
+  json.update(JsonOf(measurand));
+  return json;
 }
 
 // A choice that matches nothing was never measured.

@@ -31,6 +31,10 @@ std::string ValueText(double value, const Interval& interval95, const IntervalSt
   return NumberText(value * style.scale, Decimals(interval95, style), style.signs) + Unit(style);
 }
 
+IntervalStyle StyleOfUnit(const std::string& unit) {
+  return unit == "rad" ? kPerMille : IntervalStyle{.unit = unit};
+}
+
 std::string IntervalText(const Interval& interval95, const IntervalStyle& style) {
   const int decimals = Decimals(interval95, style);
   const double a = interval95.lo * style.scale;

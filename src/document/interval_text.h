@@ -46,6 +46,9 @@ struct IntervalStyle {
 [[nodiscard]] Interval NormalInterval95(double value, double standard_uncertainty);
 
 inline const IntervalStyle kPerMille{.unit = "mm/m", .scale = 1000};
+/// Returns the style of an answer's unit: rad as mm/m, others as they are.
+[[nodiscard]] IntervalStyle StyleOfUnit(const std::string& unit);
+
 inline const IntervalStyle kSeconds{.unit = "s"};
 inline const IntervalStyle kMilliseconds{.unit = "ms", .scale = 1000, .min_decimals = 1};
 inline const IntervalStyle kPercent{.unit = "%", .scale = 100, .min_decimals = 1};

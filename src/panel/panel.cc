@@ -232,10 +232,11 @@ RpcAnswer Panel::Call(const std::string& method, json params) {
 }
 
 RpcAnswer Panel::ListPrinters() const {
+  constexpr double kPatience_s = 1;  // a page waits for all printers' names
   json list = json::array();
   for (std::size_t i = 0; i < printers_.size(); ++i) {
     const std::string& address = printers_[i]->options().address;
-    const std::string nozzle = printers_[i]->Nozzle(stop_);
+    const std::string nozzle = printers_[i]->Nozzle({kPatience_s, stop_});
     list.push_back({{"printer", i},
                     {"name", WithoutSecrets(address)},
                     {"subject", printers_[i]->subject()},
@@ -291,9 +292,10 @@ RpcAnswer Panel::MeasureSurvey(const json& params) {
 RpcAnswer Panel::Use(const json& params, service::JobServer& printer) {
   const auto run = service::RunOf(params);
   if (!run) return service::Invalid(run.error().message);
+  constexpr double kPatience_s = 10;
   const auto outcome = files::ReadOutcome(recordings_ / *run / files::kResultFile);
   const std::string nozzle = outcome ? outcome->subject.nozzle : "";
-  const std::string here = nozzle.empty() ? "" : printer.Nozzle(stop_);
+  const std::string here = nozzle.empty() ? "" : printer.Nozzle({kPatience_s, stop_});
   if (nozzle != here && !here.empty()) {
     return RpcAnswer::Refused(
         service::kRefused, fmt::format("it was measured with a nozzle of {} mm, and {} has one of "

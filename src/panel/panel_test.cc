@@ -321,6 +321,13 @@ print(json.dumps({"verdict": "good" if bars else "cannot_tell", "reason": "" if 
   EXPECT_EQ(answer["pictures"][0]["picture"], "photo-002.jpg");
   (void)Post("/surveys?run=" + run, "image/jpeg", "three");
   EXPECT_EQ(Ask("survey", {{"run", run}}).at("result")["pictures"].size(), 2U);
+  // Pictures that were removed to make room leave what they showed, and their names.
+  for (const char* name : {"photo-002.jpg", "photo-003.jpg"}) fs::remove(recordings_ / run / name);
+  EXPECT_EQ(Ask("survey", {{"run", run}}).at("result")["pictures"].size(), 2U);
+  (void)Post("/surveys?run=" + run, "image/jpeg", "four");
+  answer = Ask("survey", {{"run", run}, {"without", "photo-002.jpg"}}).at("result");
+  ASSERT_EQ(answer["pictures"].size(), 2U);
+  EXPECT_EQ(answer["pictures"][1]["picture"], "photo-004.jpg");
   for (const json& wrong :
        {json(7), json{{{"from", "1"}}},
         json{{{"from", "1"}, {"to", "2"}, {"length_mm", -1}, {"sigma_mm", 1}}}}) {

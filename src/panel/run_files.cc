@@ -62,7 +62,7 @@ fs::path NewestVideo(const fs::path& folder) {
 // Returns the last whole picture at the end of a video that is being written: a chunk of AVI is its
 // name, "00dc", its size in four bytes and the picture.
 std::string LastPicture(const fs::path& video) {
-  constexpr std::uintmax_t kMaxTail = 4 << 20;  // a 12 MP frame of a camera
+  constexpr std::uintmax_t kMaxTail = 4 << 20;  // several frames of 1080p
   constexpr std::string_view kName = "00dc";
   constexpr std::string_view kJpeg = "\xff\xd8\xff";
   constexpr std::size_t kHead = 8;

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <charconv>
 #include <map>
 #include <set>
 #include <utility>
@@ -26,8 +27,9 @@ using nlohmann::json;
 
 constexpr const char* kBars = "bars.json";
 constexpr const char* kObservations = "observations.json";
-constexpr std::string_view kPicture = "photo-";  // and its number in three digits
-constexpr std::size_t kMaxPictures = 200;
+constexpr std::string_view kPicture = "photo-";  // and its number
+constexpr std::size_t kDigits = 3;
+constexpr int kMaxPictures = 200;
 constexpr std::size_t kMaxBars = 20;
 constexpr double kMaxLength_mm = 1e5;
 constexpr double kMaxSigmaShare = 1.0 / 200;  // as align survey wants it
@@ -40,18 +42,23 @@ Result<fs::path> FolderOf(const fs::path& recordings, const std::string& run) {
   return Fail(fmt::format("there is no survey '{}'", run.substr(0, 64)));
 }
 
-// Returns the pictures of a folder, "photo-001.jpg", in the order of their upload.
+// Returns the number of a picture, 1 of "photo-001.jpg"; 0: it is none.
+int NumberOf(std::string_view name) {
+  if (!name.starts_with(kPicture) || name.size() <= kPicture.size() + kDigits) return 0;
+  const char* const begin = name.data() + kPicture.size();
+  int number = 0;
+  const auto [end, error] = std::from_chars(begin, begin + kDigits, number);
+  return error == std::errc() && end == begin + kDigits ? number : 0;
+}
+
+// Returns the pictures of a folder in the order of their upload.
 std::vector<std::string> PicturesIn(const fs::path& folder) {
   std::vector<std::string> names;
   std::error_code error;
   for (fs::directory_iterator file(folder, error), end; !error && file != end;
        file.increment(error)) {
     std::string name = file->path().filename().string();
-    const bool ours =
-        name.starts_with(kPicture) && name.size() > kPicture.size() + 3 &&
-        std::all_of(name.begin() + kPicture.size(), name.begin() + kPicture.size() + 3,
-                    [](char c) { return c >= '0' && c <= '9'; });
-    if (ours) names.push_back(std::move(name));
+    if (NumberOf(name) > 0) names.push_back(std::move(name));
   }
   std::ranges::sort(names);
   return names;
@@ -79,18 +86,16 @@ std::string NameOf(const json& picture) { return machine::TextOr(picture, "name"
 
 // Removes a picture and what it shows.
 Result<void> RemovePicture(const fs::path& folder, const std::string& name) {
-  const std::vector<std::string> there = PicturesIn(folder);
-  if (std::ranges::find(there, name) == there.end()) {
-    return Fail(fmt::format("the survey has no picture '{}'", name));
-  }
   std::error_code error;
-  fs::remove(folder / name, error);
+  const bool removed = NumberOf(name) > 0 && fs::remove(folder / name, error);
   auto observed = ReadJson(folder / kObservations);
+  const json before = observed ? ListOf(*observed, "pictures") : json::array();
   json left = json::array();
-  if (observed) {
-    for (const json& picture : ListOf(*observed, "pictures")) {
-      if (NameOf(picture) != name) left.push_back(picture);
-    }
+  for (const json& picture : before) {
+    if (NameOf(picture) != name) left.push_back(picture);
+  }
+  if (!removed && left.size() == before.size()) {
+    return Fail(fmt::format("the survey has no picture '{}'", name));
   }
   if (left.empty()) {
     fs::remove(folder / kObservations, error);
@@ -182,15 +187,17 @@ Result<std::string> SurveyRuns::Add(const std::string& run, std::string_view con
     service::RemoveOldCopies(options_.recordings);
   }
   const fs::path folder = TRY(FolderOf(options_.recordings, name));
-  const std::vector<std::string> there = PicturesIn(folder);
-  constexpr std::string_view kLast = "photo-999";
-  if (there.size() >= kMaxPictures || (!there.empty() && there.back().starts_with(kLast))) {
-    return Fail(fmt::format("a survey has at most {} pictures", kMaxPictures));
+  // Pictures that were removed to make room leave their observations.
+  std::vector<std::string> there = PicturesIn(folder);
+  for (const json& picture : ListIn(folder / kObservations, "pictures")) {
+    there.push_back(NameOf(picture));
   }
-  constexpr std::size_t kDigits = 3;
-  const int number =
-      there.empty() ? 1 : std::stoi(there.back().substr(kPicture.size(), kDigits)) + 1;
-  const std::string picture = fmt::format("{}{:03}{}", kPicture, number, type->second);
+  int last = 0;
+  for (const std::string& each : there) last = std::max(last, NumberOf(each));
+  if (last >= kMaxPictures) {
+    return Fail(fmt::format("a survey takes {} pictures: begin another one", kMaxPictures));
+  }
+  const std::string picture = fmt::format("{}{:0{}}{}", kPicture, last + 1, kDigits, type->second);
   TRY(files::WriteWholeFile(folder / picture, bytes, files::IfThere::kRefuse));
   return name;
 }
@@ -212,8 +219,10 @@ Result<json> SurveyRuns::Measure(const std::string& run, const json& bars,
   std::vector<std::string> words = {options_.program, "--quiet", "align",
                                     "survey",         "--json",  "--force"};
   std::vector<std::string> pictures = PicturesIn(folder);
-  if (pictures.empty()) return Fail("the survey has no picture yet", ErrorKind::kMeasurement);
   std::erase_if(pictures, [&known](const auto& picture) { return known.contains(picture); });
+  if (pictures.empty() && known.empty()) {
+    return Fail("the survey has no picture yet", ErrorKind::kMeasurement);
+  }
   for (const std::string& picture : pictures) words.push_back((folder / picture).string());
   const auto option = [&](const char* name, const char* file) {
     words.push_back(fmt::format("{}={}", name, (folder / file).string()));

@@ -142,8 +142,8 @@ Result<RunRecord> JobServer::Begin(Plan plan) {
   run.started = options_.utc_now();
   if (plan.folder.empty()) plan.folder = (options_.recordings / run.id).string();
   run.folder = plan.folder;
-  plan.hold = options_.in_use->Use(plan.folder);
-  if (plan.hold == nullptr) return Fail("that recording is being deleted", ErrorKind::kMachine);
+  hold_ = options_.in_use->Use(plan.folder);
+  if (hold_ == nullptr) return Fail("that recording is being deleted", ErrorKind::kMachine);
   run_ = run;
   ++begun_;
   process_ = std::make_shared<JobProcess>();
@@ -342,6 +342,7 @@ void JobServer::EndRun(RunRecord run, std::optional<Proposal> proposal, Announce
     run_ = run;
     proposal_ = std::move(proposal);
     process_.reset();
+    hold_.reset();
     Keep();
   }
   SendRunEvent(run);

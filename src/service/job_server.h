@@ -98,9 +98,9 @@ class JobServer {
   [[nodiscard]] Result<std::string> StoreScan(const std::string& ending, std::string_view bytes,
                                               const std::stop_token& stop);
 
-  /// Queries the printer for its active extruder's nozzle, "0.40" mm; empty: not known. Any thread
-  /// but the connection's.
-  [[nodiscard]] std::string Nozzle(const std::stop_token& stop);
+  /// Queries the printer for its active extruder's nozzle, "0.40" mm; empty: not known within the
+  /// limit. Any thread but the connection's.
+  [[nodiscard]] std::string Nozzle(const machine::WaitLimit& limit);
 
   /// Receives "run", with the run, at each of its changes, and "changed" when the answer that waits
   /// may be another. Called from any thread, under a lock: it must not call the server.
@@ -141,7 +141,6 @@ class JobServer {
     std::string folder = {};  ///< empty: a new one
     const JobKind* kind = nullptr;
     bool applies = false;
-    FoldersInUse::Hold hold = {};  ///< of the folder
     bool undoes = false;  ///< sets back what was set last; the answer that waits goes on waiting
   };
 
@@ -244,6 +243,7 @@ class JobServer {
   std::optional<RunRecord> run_;         // the last one
   std::optional<Proposal> proposal_;
   std::shared_ptr<JobProcess> process_;      // current run
+  FoldersInUse::Hold hold_;                  // on its folder
   bool ending_ = false;                      // nothing more is begun
   int begun_ = 0;                            // runs
   std::stop_token stop_;                     // Serve's, of its thread

@@ -6,12 +6,12 @@
 
 #include "base/url_secrets.h"
 #include "files/new_file.h"
+#include "machine/moonraker/printer_facts.h"
 #include "machine/net/json_field.h"
 #include "measurement/outcome_file.h"
 #include "service/job_server.h"
 #include "service/printer_setup.h"
 #include "service/request_params.h"
-#include "session/print_needs.h"
 #include "session/session.h"
 #include "session/uploads.h"
 
@@ -263,15 +263,16 @@ Result<std::string> JobServer::StoreScan(const std::string& ending, std::string_
   return name;
 }
 
-std::string JobServer::Nozzle(const std::stop_token& stop) {
+std::string JobServer::Nozzle(const machine::WaitLimit& limit) {
   const std::shared_lock use(using_printer_);
   machine::Printer* const printer = PrinterInUse();
-  if (printer == nullptr || printer->LastState().readiness != machine::PrinterReadiness::kReady) {
-    return {};
-  }
-  const auto facts = procedure::ReadFacts({*printer, stop, {}});
-  return facts && facts->nozzle_diameter_mm ? fmt::format("{:.2f}", *facts->nozzle_diameter_mm)
-                                            : std::string();
+  if (printer == nullptr) return {};
+  const machine::PrinterState state = printer->LastState();
+  if (state.readiness != machine::PrinterReadiness::kReady) return {};
+  const auto status = printer->Query({{"configfile", {"settings"}}}, limit);
+  const auto nozzle_mm =
+      status ? machine::FactsOf(*status, state).nozzle_diameter_mm : std::optional<double>();
+  return nozzle_mm ? fmt::format("{:.2f}", *nozzle_mm) : std::string();
 }
 
 RpcAnswer JobServer::StopAsked(const json& params) {

@@ -3,10 +3,9 @@
 
 #include <algorithm>
 #include <limits>
-#include <set>
+#include <tuple>
 #include <utility>
 
-#include "base/json_text.h"
 #include "document/interval_text.h"
 #include "measurement/outcome_file.h"
 #include "service/job_record.h"
@@ -46,8 +45,7 @@ Result<files::HistoryQuery> QueryOf(const json& params) {
 
 std::string WordsOf(const measurement::Answer& answer, Instrument instrument) {
   if (!answer.value.good()) return answer.value.reason();
-  report::IntervalStyle style = answer.unit == "rad" ? report::kPerMille : report::IntervalStyle{};
-  if (style.unit.empty()) style.unit = answer.unit;
+  report::IntervalStyle style = report::StyleOfUnit(answer.unit);
   style.signs = instrument == Instrument::kToolOffset;
   return report::WithInterval(answer.value.quantity(), style);
 }
@@ -72,15 +70,6 @@ json ResultJson(const files::HistoryEntry& entry, const std::string& here) {
     result["applied"].back()["here"] = procedure::PrinterName(applied.machine) == here;
   }
   return result;
-}
-
-json DueJson(const Measurand& measurand) {
-  nlohmann::ordered_json subject = nlohmann::ordered_json::object();
-  files::AddSubject(subject, measurand.subject);
-  return {{"instrument", measurement::ToString(measurand.instrument)},
-          {"subject", json(subject)},
-          {"reasons", measurand.reasons},
-          {"last_good", measurand.last_good_utc}};
 }
 
 // True for a folder that has a result, or the name of a run: others are the owner's.
@@ -161,7 +150,7 @@ RpcAnswer JobServer::DueAsked() const {
   if (!history) return Refused(history.error());
   json due = json::array();
   for (const Measurand& measurand : FindMeasurands(*history, options_.utc_now(), kOldAge_days)) {
-    if (!measurand.reasons.empty()) due.push_back(DueJson(measurand));
+    if (!measurand.reasons.empty()) due.push_back(json(JsonOf(measurand)));
   }
   return Ok({{"due", std::move(due)}});
 }

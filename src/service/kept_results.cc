@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "document/interval_text.h"
+#include "measurement/outcome_file.h"
 #include "session/crash_recovery.h"
 
 namespace trammel::service {
@@ -23,12 +24,6 @@ using measurement::Change;
 using measurement::Instrument;
 using measurement::Outcome;
 using measurement::Subject;
-
-report::IntervalStyle StyleOf(const Change& change) {
-  report::IntervalStyle style = change.unit == "rad" ? report::kPerMille : report::IntervalStyle{};
-  if (style.unit.empty()) style.unit = change.unit;
-  return style;
-}
 
 // Quotes a text for a table.
 std::string Cell(std::string_view text) {
@@ -153,7 +148,7 @@ std::vector<Change> CompareWithEarlier(const History& history, const HistoryEntr
 
 std::string ChangeText(const Change& change) {
   if (!change.difference.good()) return change.difference.reason();
-  report::IntervalStyle style = StyleOf(change);
+  report::IntervalStyle style = report::StyleOfUnit(change.unit);
   style.signs = true;
   return report::WithInterval(change.difference.quantity(), style) +
          (change.differs() ? ": it has changed" : ": no change that can be told");
@@ -164,7 +159,8 @@ std::string DriftText(const Change& change) {
   return fmt::format(
       "{} against {}, the mean of {} earlier results of this printer, nozzle and "
       "filament",
-      ChangeText(change), report::ValueText(mean.value, mean.interval95, StyleOf(change)),
+      ChangeText(change),
+      report::ValueText(mean.value, mean.interval95, report::StyleOfUnit(change.unit)),
       change.results);
 }
 
@@ -197,6 +193,15 @@ std::vector<Measurand> FindMeasurands(const History& history, const std::string&
   std::ranges::stable_partition(
       measurands, [](const Measurand& measurand) { return !measurand.reasons.empty(); });
   return measurands;
+}
+
+nlohmann::ordered_json JsonOf(const Measurand& measurand) {
+  nlohmann::ordered_json subject = nlohmann::ordered_json::object();
+  files::AddSubject(subject, measurand.subject);
+  return {{"instrument", measurement::ToString(measurand.instrument)},
+          {"subject", std::move(subject)},
+          {"reasons", measurand.reasons},
+          {"last_good", measurand.last_good_utc}};
 }
 
 std::string ToCsv(const History& history) {

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
@@ -50,6 +51,9 @@ struct Measurand {
   std::vector<std::string> reasons = {};  ///< to measure it again; empty: none
   std::string last_good_utc = {};
 };
+
+/// {"instrument", "subject", "reasons", "last_good"}, as requests and --json have it.
+[[nodiscard]] nlohmann::ordered_json JsonOf(const Measurand& measurand);
 
 /// Days from which an answer is too old, unless others are asked for.
 inline constexpr double kOldAge_days = 90;
